@@ -1,0 +1,69 @@
+"""kneecore: a 2D dynamic knee and the search for its two most different selves.
+
+The public names; each is loaded when it is first used, so that ``import kneecore`` and ``--help``
+stay fast.
+
+Examples
+--------
+>>> import kneecore
+>>> result = kneecore.worst_case(kneecore.ParameterSpace(), seed=1)
+>>> bool(result.objective_model > 100)  # deg, summed over the 12 loads
+True
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from kneecore.errors import (
+        FileFormatError,
+        KneecoreError,
+        ModelError,
+        OutputError,
+        ParameterError,
+    )
+    from kneecore.knee_file import Knee, dump_knee, packaged_knee, parameter_table, read_knee
+    from kneecore.model.response import MOMENT, Response, ResponseBatch, simulate, simulate_batch
+    from kneecore.model.trajectory import Trajectory, trajectory
+    from kneecore.parameters import LIGAMENTS, NAMES, Parameter
+    from kneecore.space import ParameterSpace
+
+_HOME = {
+    "FileFormatError": "errors",
+    "KneecoreError": "errors",
+    "ModelError": "errors",
+    "OutputError": "errors",
+    "ParameterError": "errors",
+    "Knee": "knee_file",
+    "dump_knee": "knee_file",
+    "packaged_knee": "knee_file",
+    "parameter_table": "knee_file",
+    "read_knee": "knee_file",
+    "MOMENT": "model.response",
+    "Response": "model.response",
+    "ResponseBatch": "model.response",
+    "simulate": "model.response",
+    "simulate_batch": "model.response",
+    "Trajectory": "model.trajectory",
+    "trajectory": "model.trajectory",
+    "LIGAMENTS": "parameters",
+    "NAMES": "parameters",
+    "Parameter": "parameters",
+    "ParameterSpace": "space",
+}
+
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'kneecore' has no attribute {name!r}")
+    value = getattr(import_module(f"kneecore.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,54 @@
+"""Independent chunks of work on a few threads; the answer never depends on how many."""
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import TypeVar
+
+from kneecore.errors import ParameterError
+
+_T = TypeVar("_T")
+
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def thread_count(threads: int | None) -> int:
+    """Return `threads` checked, or the number of available cores for None.
+
+    Raises
+    ------
+    ParameterError
+        If `threads` is below one.
+    """
+    if threads is None:
+        return available_cores()
+    if isinstance(threads, bool) or threads != int(threads) or threads < 1:
+        raise ParameterError(f"`threads` is {threads!r}; a whole number of at least 1 is allowed")
+    return int(threads)
+
+
+@lru_cache(maxsize=8)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="kneecore")
+
+
+def run_all(work: Callable[[_T], None], chunks: Iterable[_T], threads: int | None = None) -> None:
+    """Call `work` once for each of `chunks`, on at most `threads` threads, and wait for all.
+
+    `work` must release the GIL to gain anything and must write only to its own chunk's rows.
+    """
+    chunks = list(chunks)
+    count = min(thread_count(threads), len(chunks))
+    if count <= 1:
+        for chunk in chunks:
+            work(chunk)
+        return
+    futures = [_pool(count).submit(work, chunk) for chunk in chunks]
+    for future in futures:
+        future.result()

@@ -1,0 +1,121 @@
+"""The load-free pose and the rest lengths of a knee, and its row of constants for the kernels.
+
+Load-free pose (the reconstruction's rule): the flexion is 54.79 deg, and the *baseline* knee's
+circle touches its line 8.1 mm behind the plateau point. A perturbed knee keeps that angle and that
+tibia, which then moves along its own plateau's normal until its own circle just touches its own
+line. Rest lengths are the distances between the attachments in that pose (``recomputed``) or those
+of the baseline (``fixed``).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore._jit import inline, kernel
+from kneecore.model.forces import MASS_CENTRE_Y, THETA_0, contact_stiffness
+
+STATION = -0.0081
+"""Where the baseline's circle touches its line in the load-free pose, along the line, m."""
+_COS, _SIN = math.cos(THETA_0), -math.sin(THETA_0)  # of the tibia's turn phi = -THETA_0
+
+# Columns of a row of constants. Ligament i holds columns 6 i to 6 i + 5: femoral attachment (x, y),
+# arm from the mass centre to the tibial attachment (x, y), stiffness, rest length.
+REST = 5
+CENTRE_X, CENTRE_Y, RADIUS, LINE_OFFSET, NORMAL_X, NORMAL_Y, CONTACT_K, POINT_OFFSET = range(24, 32)
+START_X, START_Y, ORIGIN_X, ORIGIN_Y = range(32, 36)
+N_CONSTANTS = 36
+
+FloatArray = NDArray[np.float64]
+
+
+@inline
+def _turned(x, y):  # type: ignore[no-untyped-def]
+    """Return a tibia vector as it lies in the load-free pose."""
+    return _COS * x - _SIN * y, _SIN * x + _COS * y
+
+
+@kernel
+def baseline_origin(baseline: FloatArray) -> tuple[float, float]:
+    """Return the tibia's origin in the femur frame for the baseline's load-free pose, m."""
+    slope = baseline[21]
+    tx, ty = math.cos(slope), math.sin(slope)
+    centre_x = baseline[19] + STATION * tx - baseline[18] * ty
+    centre_y = baseline[20] + STATION * ty + baseline[18] * tx
+    wx, wy = _turned(centre_x, centre_y)
+    return baseline[16] - wx, baseline[17] - wy
+
+
+@kernel
+def _load_free_row(x: FloatArray, origin_x: float, origin_y: float, row: FloatArray) -> None:
+    """Fill `row` for the knee `x` (28,), its own rest lengths included."""
+    slope = x[21]
+    nx, ny = _turned(-math.sin(slope), math.cos(slope))
+    px, py = _turned(x[19], x[20])
+    # The tibia moves along its plateau's normal by what the circle is away from touching.
+    gap = nx * (x[16] - origin_x - px) + ny * (x[17] - origin_y - py) - x[18]
+    ox, oy = origin_x + gap * nx, origin_y + gap * ny
+    gx, gy = _turned(0.0, MASS_CENTRE_Y)
+    mass_x, mass_y = ox + gx, oy + gy
+    for i in range(4):
+        arm_x, arm_y = _turned(x[4 * i + 2], x[4 * i + 3] - MASS_CENTRE_Y)
+        row[6 * i] = x[4 * i]
+        row[6 * i + 1] = x[4 * i + 1]
+        row[6 * i + 2] = arm_x
+        row[6 * i + 3] = arm_y
+        row[6 * i + 4] = x[22 + i]
+        dx = x[4 * i] - mass_x - arm_x
+        dy = x[4 * i + 1] - mass_y - arm_y
+        row[6 * i + REST] = math.sqrt(dx * dx + dy * dy)
+    row[CENTRE_X] = x[16]
+    row[CENTRE_Y] = x[17]
+    row[RADIUS] = x[18]
+    row[LINE_OFFSET] = nx * (px - gx) + ny * (py - gy)
+    row[NORMAL_X] = nx
+    row[NORMAL_Y] = ny
+    row[CONTACT_K] = contact_stiffness(x[18], x[26], x[27])
+    row[POINT_OFFSET] = ny * (px - gx) - nx * (py - gy)  # along t = (n_y, -n_x)
+    row[START_X] = mass_x
+    row[START_Y] = mass_y
+    row[ORIGIN_X] = ox
+    row[ORIGIN_Y] = oy
+
+
+@kernel
+def _fill(models: FloatArray, baseline: FloatArray, fixed: bool, rows: FloatArray) -> None:
+    origin_x, origin_y = baseline_origin(baseline)
+    own = np.empty(N_CONSTANTS)
+    _load_free_row(baseline, origin_x, origin_y, own)
+    for m in range(models.shape[0]):
+        _load_free_row(models[m], origin_x, origin_y, rows[m])
+        if fixed:
+            for i in range(4):
+                rows[m, 6 * i + REST] = own[6 * i + REST]
+
+
+def constants(models: FloatArray, baseline: FloatArray, fixed: bool) -> FloatArray:
+    """Return the kernels' constants of each model.
+
+    Parameters
+    ----------
+    models : ndarray, shape (n, 28)
+        Checked parameter values, SI.
+    baseline : ndarray, shape (28,)
+        The knee that fixes the load-free pose.
+    fixed : bool
+        Whether all models have the baseline's rest lengths.
+
+    Returns
+    -------
+    ndarray, shape (n, 36)
+    """
+    rows = np.empty((len(models), N_CONSTANTS))
+    _fill(models, baseline, fixed, rows)
+    return rows
+
+
+def rest_lengths(rows: FloatArray) -> FloatArray:
+    """Return the rest lengths (m) in rows of constants, shape (..., 4)."""
+    chosen: NDArray[Any] = rows[..., [6 * i + REST for i in range(4)]]
+    return chosen

@@ -1,0 +1,1 @@
+"""kneeviz: the knee in the browser, a thin view of kneecore."""
