@@ -27,7 +27,14 @@ if TYPE_CHECKING:
     from kneecore.knee_file import Knee, dump_knee, packaged_knee, parameter_table, read_knee
     from kneecore.model.response import MOMENT, Response, ResponseBatch, simulate, simulate_batch
     from kneecore.model.trajectory import Trajectory, trajectory
+    from kneecore.numerics.genetic_options import GeneticOptions
     from kneecore.parameters import LIGAMENTS, NAMES, Parameter
+    from kneecore.search.knee import KneeSurrogate, fit_surrogate
+    from kneecore.search.pair_search import Cancelled
+    from kneecore.search.progress import Progress
+    from kneecore.search.result import PairResult, SearchResult
+    from kneecore.search.warm_up import warm_up
+    from kneecore.search.worst_case import worst_case
     from kneecore.space import ParameterSpace
 
 _HOME = {
@@ -48,9 +55,18 @@ _HOME = {
     "simulate_batch": "model.response",
     "Trajectory": "model.trajectory",
     "trajectory": "model.trajectory",
+    "GeneticOptions": "numerics.genetic_options",
     "LIGAMENTS": "parameters",
     "NAMES": "parameters",
     "Parameter": "parameters",
+    "KneeSurrogate": "search.knee",
+    "fit_surrogate": "search.knee",
+    "Cancelled": "search.pair_search",
+    "Progress": "search.progress",
+    "PairResult": "search.result",
+    "SearchResult": "search.result",
+    "warm_up": "search.warm_up",
+    "worst_case": "search.worst_case",
     "ParameterSpace": "space",
 }
 

@@ -65,15 +65,15 @@ def kernel(function: _F) -> _F:
     # Numba reads the folder once, while it decorates; other people's kernels keep their own.
     config.CACHE_DIR = str(folder or "")
     try:
-        compiled = numba.njit(
+        compiled: _F = numba.njit(
             cache=folder is not None, nogil=True, error_model="numpy", fastmath=_FASTMATH
         )(function)
     finally:
         config.CACHE_DIR = before
-    return compiled  # type: ignore[no-any-return]
+    return compiled
 
 
 def inline(function: _F) -> _F:
     """Compile a small `function` into each of its callers."""
-    compiled = numba.njit(forceinline=True, error_model="numpy", fastmath=_FASTMATH)(function)
-    return compiled  # type: ignore[no-any-return]
+    compiled: _F = numba.njit(forceinline=True, error_model="numpy", fastmath=_FASTMATH)(function)
+    return compiled

@@ -139,11 +139,15 @@ def parse_knee(text: str) -> Knee:
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
     note = _text("note", document["note"]) if "note" in document else None
+    half_ranges = np.array(halves)
+    for array in (baseline, half_ranges, current):
+        if array is not None:
+            array.setflags(write=False)
     return Knee(
         title=_text("title", document.get("title", "Untitled knee")),
         note=note,
         baseline=baseline,
-        half_ranges=np.array(halves),
+        half_ranges=half_ranges,
         sources=sources,
         current=current,
     )

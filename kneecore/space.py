@@ -13,13 +13,13 @@ Examples
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Self, get_args
+from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ParameterError
-from kneecore.knee_file import packaged_knee, read_knee
+from kneecore.knee_file import dump_knee, packaged_knee, read_knee
 from kneecore.parameters import N_PARAMETERS, NAMES, STRUCTURE, check_physical
 
 __all__ = ["CASES", "POISSON_LIMIT", "Case", "ParameterSpace"]
@@ -213,14 +213,12 @@ class ParameterSpace:
         side = np.where(unit <= tolerance, -1, np.where(unit >= 1.0 - tolerance, 1, 0))
         return np.where(self.free, side, 0).astype(np.int8)
 
-    def describe(self) -> dict[str, Any]:
-        """Return the choices that made this space, JSON-ready, units in the keys."""
-        return {
-            "title": self.title,
-            "note": self.note,
-            "case": self.case,
-            "names": list(NAMES),
-            "baseline": self.baseline.tolist(),
-            "lower": self.lower.tolist(),
-            "upper": self.upper.tolist(),
-        }
+    def to_toml(self, current: ArrayLike | None = None) -> str:
+        """Return this space as a knee file's text, with `current` (28,) as its current knee."""
+        return dump_knee(
+            baseline=self.baseline,
+            half_ranges=self._half_ranges_of(self.baseline),
+            current=current,
+            title=self.title,
+            note=self.note,
+        )

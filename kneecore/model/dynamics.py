@@ -242,8 +242,8 @@ def respond(
     """
     n_runs = 2 * len(rows)
     steps, moments = plateau_segments()
-    poses = np.full((n_runs, 6, 3), np.nan)
-    settled = np.zeros((n_runs, 6), dtype=bool)
+    poses = np.full((n_runs, len(MOMENTS), 3), np.nan)
+    settled = np.zeros((n_runs, len(MOMENTS)), dtype=bool)
     refinements = np.full(n_runs, -1, dtype=np.int8)
     pending = np.arange(n_runs)
     for halvings in range(MAX_REFINEMENTS + 1):

@@ -176,9 +176,8 @@ def prepare(
             f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
         )
     checked = np.atleast_2d(check_physical(models, argument))
-    fixes_pose = (
-        packaged_knee().baseline if baseline is None else check_physical(baseline, "baseline")
-    )
+    given = packaged_knee().baseline if baseline is None else baseline
+    fixes_pose = check_physical(given, "baseline")
     if fixes_pose.ndim != 1:
         raise ParameterError(f"`baseline` has shape {fixes_pose.shape}; (28,) is allowed")
     return constants(checked, fixes_pose, rest_length == "fixed")

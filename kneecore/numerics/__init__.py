@@ -1,0 +1,1 @@
+"""Sampling, surrogate and genetic algorithm. Nothing here knows a knee."""

@@ -1,0 +1,53 @@
+"""The command line that gives a result again."""
+
+import shlex
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.space import ParameterSpace
+
+if TYPE_CHECKING:
+    from kneecore.search.result import SearchResult
+
+
+def needs_file(space: ParameterSpace) -> bool:
+    """Tell whether a space can only be given as a knee file."""
+    packaged = ParameterSpace()
+    own = not np.array_equal(space.baseline, packaged.baseline)
+    return own or space.half_ranges is not None or space.title != packaged.title
+
+
+def command_line(result: "SearchResult") -> str:
+    """Return the command; options at their defaults are left out."""
+    space = result.space
+    words: list[tuple[str, object, object]] = [("--case", space.case, "both")]
+    if needs_file(space):
+        words.append(("--baseline", "knee.toml", None))
+    else:
+        words += [
+            ("--geometry-bound-mm", space.geometry_bound_mm, 1.0),
+            ("--slope-bound-deg", space.slope_bound_deg, 1.0),
+            ("--material-bound-percent", space.material_bound_percent, 10.0),
+        ]
+    words += [
+        ("--space", result.search_space, "surrogate"),
+        ("--training-samples", result.training_samples, 50),
+        ("--pop-size", result.pop_size, 200),
+        ("--generations", result.n_generations, 800),
+        ("--runs", len(result.run_values), 1),
+        ("--objective", result.objective, "all"),
+        ("--seed", result.seed, 0),
+        ("--rest-length", result.rest_length, "recomputed"),
+    ]
+    usual = GeneticOptions()
+    for option in fields(GeneticOptions):
+        name = option.name
+        flag = f"--ga.{name.replace('_', '-')}"
+        words.append((flag, getattr(result.options, name), getattr(usual, name)))
+    given = [
+        f"{flag} {shlex.quote(str(value))}" for flag, value, default in words if value != default
+    ]
+    return " ".join(["python -m kneecore.search", *given])

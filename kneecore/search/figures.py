@@ -1,0 +1,184 @@
+"""The paper's Figures 1 to 4 for a result: PNG for people, SVG for print.
+
+Colours mean the same everywhere (Okabe-Ito, safe for colour-blind readers): the baseline grey,
+model 1 blue, model 2 orange.
+"""
+
+import io
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from kneecore.model.forces import THETA_0
+from kneecore.model.response import MOMENT, Response
+from kneecore.parameters import LIGAMENTS, NAMES
+
+if TYPE_CHECKING:
+    from kneecore.search.result import SearchResult
+
+FloatArray = NDArray[np.float64]
+
+COLOURS = {"baseline": "#8c8c8c", "model_1": "#0072B2", "model_2": "#D55E00"}
+LABELS = {"baseline": "baseline", "model_1": "model 1", "model_2": "model 2"}
+_ORDER = np.argsort(-MOMENT)
+_STYLE = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "figure.dpi": 150,
+    "font.size": 9,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "svg.hashsalt": "kneecore",
+}
+
+
+def _curve(response: Response, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (angles in deg, values) along the motion, the load-free pose in its place."""
+    half = len(MOMENT) // 2
+    angles = np.insert(np.degrees(response.flexion[_ORDER]), half, np.degrees(THETA_0))
+    return angles, np.insert(values[_ORDER], half, 0.0)
+
+
+def _draw(axes: Axes, result: "SearchResult", values: dict[str, FloatArray]) -> None:
+    for name, response in result.models.items():
+        axes.plot(
+            *_curve(response, values[name]),
+            marker="o",
+            markersize=3,
+            linewidth=1.6,
+            color=COLOURS[name],
+            label=LABELS[name],
+            zorder=3,
+        )
+    axes.axvline(0.0, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set_xlabel("knee angle, deg (flexion > 0)")
+
+
+def _moment_angle(result: "SearchResult") -> Figure:
+    figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    if result.training_flexion is not None:
+        for row, flexion in enumerate(np.degrees(result.training_flexion[:, _ORDER])):
+            axes.plot(
+                np.insert(flexion, len(MOMENT) // 2, np.degrees(THETA_0)),
+                np.insert(MOMENT[_ORDER], len(MOMENT) // 2, 0.0),
+                color="0.8",
+                linewidth=0.6,
+                label="training samples" if row == 0 else None,
+                zorder=1,
+            )
+    _draw(axes, result, dict.fromkeys(result.models, MOMENT))
+    axes.axhline(0.0, color="0.5", linewidth=0.8)
+    axes.set_ylabel("external moment, N m (extension > 0)")
+    axes.set_title("Moment against angle")
+    axes.legend()
+    return figure
+
+
+def _draw_geometry(axes: Axes, x: FloatArray, response: Response, name: str) -> None:
+    """Draw circle, plateau line and ligaments at the load-free pose, femur frame, mm."""
+    value = dict(zip(NAMES, 1e3 * x, strict=True))
+    style = {"color": COLOURS[name], "linewidth": 1.4}
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    axes.plot(
+        value["condyle_x"] + value["condyle_radius"] * np.cos(turn),
+        value["condyle_y"] + value["condyle_radius"] * np.sin(turn),
+        label=LABELS[name],
+        **style,
+    )
+    cos, sin = np.cos(-THETA_0), np.sin(-THETA_0)
+    turned = np.array([[cos, -sin], [sin, cos]])
+    origin = 1e3 * response.load_free_position
+    slope = x[NAMES.index("plateau_slope")]
+    along = np.array([np.cos(slope), np.sin(slope)])
+    point = np.array([value["plateau_x"], value["plateau_y"]])
+    ends = np.array([point + s * along for s in (-30.0, 25.0)]) @ turned.T + origin
+    axes.plot(*ends.T, **style)
+    for ligament in LIGAMENTS:
+        femur = np.array([value[f"{ligament}_femur_{axis}"] for axis in "xy"])
+        tibia = np.array([value[f"{ligament}_tibia_{axis}"] for axis in "xy"])
+        both = np.array([femur, turned @ tibia + origin])
+        axes.plot(*both.T, marker="o", markersize=3, linestyle="--", **style)
+        if name == "baseline":
+            axes.annotate(
+                ligament.upper(),
+                both[1],
+                xytext=(6, -3),
+                textcoords="offset points",
+                fontsize=8,
+                color="0.25",
+            )
+
+
+def _geometry(result: "SearchResult") -> Figure:
+    figure = Figure(figsize=(5.2, 5.6), layout="constrained")
+    axes = figure.add_subplot()
+    knees = zip(result.models.items(), (result.space.baseline, *result.x), strict=True)
+    for (name, response), x in knees:
+        _draw_geometry(axes, x, response, name)
+    axes.set_aspect("equal")
+    axes.set_xlabel("anterior, mm")
+    axes.set_ylabel("proximal, mm")
+    axes.set_title(f"Geometry in the load-free pose ({np.degrees(THETA_0):.2f} deg)")
+    axes.legend(loc="upper right")
+    return figure
+
+
+def _ligament_forces(result: "SearchResult") -> Figure:
+    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    grid = figure.subplots(2, 2, sharex=True, sharey=True)
+    for i, (axes, ligament) in enumerate(zip(grid.flat, LIGAMENTS, strict=True)):
+        _draw(axes, result, {n: r.tension[:, i] for n, r in result.models.items()})
+        axes.set_title(ligament.upper())
+        axes.set_ylabel("tension, N")
+    grid[0, 0].legend()
+    return figure
+
+
+def _ap_position(result: "SearchResult") -> Figure:
+    figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    for name, response in result.models.items():
+        angles = np.degrees(response.flexion[_ORDER])
+        axes.plot(
+            angles,
+            1e3 * response.ap_position[_ORDER],
+            marker="o",
+            markersize=3,
+            linewidth=1.6,
+            color=COLOURS[name],
+            label=LABELS[name],
+        )
+    axes.axvline(0.0, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set_xlabel("knee angle, deg (flexion > 0)")
+    axes.set_ylabel("contact position on the plateau, mm (anterior > 0)")
+    axes.set_title("Anterior-posterior displacement")
+    axes.legend()
+    return figure
+
+
+def draw_figures(result: "SearchResult") -> dict[str, Figure]:
+    """Return the four figures by file name (without an ending)."""
+    with mpl.rc_context(_STYLE):
+        return {
+            "figure_1_moment_angle": _moment_angle(result),
+            "figure_2_geometry": _geometry(result),
+            "figure_3_ligament_forces": _ligament_forces(result),
+            "figure_4_ap_displacement": _ap_position(result),
+        }
+
+
+def render_figures(result: "SearchResult") -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of each figure as PNG and as SVG."""
+    for name, figure in draw_figures(result).items():
+        for ending, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+            buffer = io.BytesIO()
+            with mpl.rc_context(_STYLE):
+                figure.savefig(buffer, format=ending, metadata=metadata)
+            yield f"{name}.{ending}", buffer.getvalue()

@@ -1,0 +1,288 @@
+"""The worst-case search for any batched model: sample, fit, search the pair, recompute.
+
+Everything here lives in the unit cube of the free inputs; `kneecore.search.worst_case` maps it to
+a user's bounds or to the knee's parameters.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore.errors import ModelError, ParameterError
+from kneecore.numerics.genetic import GeneticResult, maximize
+from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.numerics.pair import ModelPair, SurrogatePair
+from kneecore.numerics.sampling import check_count, check_seed, uniform
+from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.progress import Callback, Progress
+
+__all__ = ["PairOutcome", "PairSettings", "SearchSpace", "Training", "find_pair", "train"]
+
+FloatArray = NDArray[np.float64]
+UnitModel = Callable[[FloatArray], FloatArray]
+SearchSpace = Literal["surrogate", "model"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairSettings:
+    """How to search. Defaults are the paper's main run."""
+
+    search_space: SearchSpace = "surrogate"
+    """What the genetic algorithm evaluates."""
+    training_samples: int = 50
+    """Model runs that the surrogate is fitted to."""
+    pop_size: int = 200
+    n_generations: int = 800
+    n_runs: int = 1
+    """Independent runs of the genetic algorithm; the best is kept."""
+    options: GeneticOptions = field(default_factory=GeneticOptions)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.search_space not in get_args(SearchSpace):
+            raise ParameterError(
+                f"`search_space` is {self.search_space!r}; 'surrogate' or 'model' is allowed"
+            )
+        for name in ("training_samples", "pop_size", "n_generations", "n_runs"):
+            check_count(name, getattr(self, name))
+        check_seed(self.seed)
+        self.options.split(self.pop_size)
+
+    def check_training(self, n_dimensions: int) -> None:
+        """Raise if the surrogate's linear tail needs more samples than there are."""
+        if self.search_space == "surrogate" and self.training_samples < n_dimensions + 1:
+            raise ParameterError(
+                f"`training_samples` is {self.training_samples}; with {n_dimensions} free "
+                f"parameters at least {n_dimensions + 1} are needed"
+            )
+
+    def run_seed(self, run: int) -> int:
+        """Return the seed of the genetic algorithm's run; the first is the seed itself."""
+        if run == 0:
+            return int(self.seed)
+        state = np.random.SeedSequence([self.seed, run]).generate_state(1, np.uint64)
+        return int(state[0] >> np.uint64(1))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Training:
+    """A surrogate and the samples it was fitted to."""
+
+    surrogate: Surrogate
+    points: FloatArray
+    """All samples, failed ones included, shape (n, d), unit cube."""
+    values: FloatArray
+    """Their outputs, shape (n, m); NaN rows failed and were left out of the fit."""
+    seconds_sampling: float
+    seconds_fit: float
+
+    @property
+    def n_failed(self) -> int:
+        """Number of samples whose model failed."""
+        return int(np.count_nonzero(~np.isfinite(self.values).all(axis=1)))
+
+    @property
+    def loo_rms(self) -> float:
+        """Root mean square of the leave-one-out errors, in the outputs' unit."""
+        return float(np.sqrt(np.mean(self.surrogate.loo_errors**2)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PairOutcome:
+    """The best pair found, in the unit cube, with the model's own word on it."""
+
+    u: FloatArray
+    """The two models, shape (2, d)."""
+    y: FloatArray
+    """The true model's outputs, shape (2, m); NaN where it failed."""
+    y_surrogate: FloatArray | None
+    """The surrogate's outputs, shape (2, m)."""
+    objective_surrogate: float | None
+    objective_model: float | None
+    """f in the true model; None if it failed there."""
+    training: Training | None
+    run_values: tuple[float, ...]
+    """Best f of each run, in the space searched."""
+    best_run: int
+    history: FloatArray
+    """Best f after each generation of the best run."""
+    n_evaluations: int
+    """Pairs evaluated by the genetic algorithm, all runs."""
+    stop_reason: str
+    seconds: dict[str, float]
+
+    @property
+    def gap_percent(self) -> float | None:
+        """100 (surrogate - model) / surrogate; None without both."""
+        if self.objective_surrogate is None or self.objective_model is None:
+            return None
+        if self.objective_surrogate == 0.0:
+            return None
+        return 100.0 * (1.0 - self.objective_model / self.objective_surrogate)
+
+
+class Cancelled(Exception):
+    """The callback asked to stop before there was anything to show."""
+
+
+def train(
+    model: UnitModel, n_dimensions: int, settings: PairSettings, callback: Callback | None = None
+) -> Training:
+    """Sample the model uniformly and fit a surrogate.
+
+    Raises
+    ------
+    ParameterError
+        If there are too few samples for the linear tail.
+    ModelError
+        If too many of them failed.
+    """
+    settings.check_training(n_dimensions)
+    report = callback or (lambda _: None)
+    n = settings.training_samples
+    if report(Progress(stage="sampling", done=0, total=n)):
+        raise Cancelled
+    start = time.perf_counter()
+    points = uniform(n, n_dimensions, settings.seed)
+    values = _outputs(model, points)
+    sampled = time.perf_counter()
+    report(Progress(stage="sampling", done=n, total=n))
+    good = np.isfinite(values).all(axis=1)
+    if np.count_nonzero(good) < n_dimensions + 1:
+        raise ModelError(
+            f"{np.count_nonzero(~good)} of {n} training samples failed; the surrogate needs "
+            f"{n_dimensions + 1} that did not"
+        )
+    if report(Progress(stage="fit", done=0, total=1)):
+        raise Cancelled
+    surrogate = Surrogate.fit(points[good], values[good])
+    return Training(
+        surrogate=surrogate,
+        points=points,
+        values=values,
+        seconds_sampling=sampled - start,
+        seconds_fit=time.perf_counter() - sampled,
+    )
+
+
+def _outputs(model: UnitModel, points: FloatArray) -> FloatArray:
+    values = np.asarray(model(points), dtype=np.float64)
+    if values.ndim != 2 or len(values) != len(points):
+        raise ParameterError(
+            f"`model` returned shape {values.shape} for {len(points)} rows; "
+            f"({len(points)}, m) is allowed"
+        )
+    return values
+
+
+def _run_all(
+    objective: ModelPair | SurrogatePair,
+    n_dimensions: int,
+    settings: PairSettings,
+    callback: Callback | None,
+) -> list[GeneticResult]:
+    """Run the genetic algorithm `n_runs` times, fewer if cancelled."""
+    per_run = settings.n_generations
+    results: list[GeneticResult] = []
+    for run in range(settings.n_runs):
+
+        def watch(generation: int, best: float, run: int = run) -> object:
+            if callback is None:
+                return False
+            return callback(
+                Progress(
+                    stage="search",
+                    done=run * per_run + generation,
+                    total=settings.n_runs * per_run,
+                    best=best if np.isfinite(best) else None,
+                    run=run,
+                )
+            )
+
+        results.append(
+            maximize(
+                objective,
+                np.zeros(2 * n_dimensions),
+                np.ones(2 * n_dimensions),
+                pop_size=settings.pop_size,
+                n_generations=per_run,
+                options=settings.options,
+                seed=settings.run_seed(run),
+                callback=watch,
+            )
+        )
+        if results[-1].stop_reason == "cancelled":
+            break
+    return results
+
+
+def find_pair(
+    model: UnitModel,
+    n_dimensions: int,
+    weights: FloatArray | None,
+    settings: PairSettings,
+    callback: Callback | None = None,
+) -> PairOutcome:
+    """Find the two points of the unit cube whose outputs differ most.
+
+    Parameters
+    ----------
+    model : callable
+        Maps (n, d) in the unit cube to outputs (n, m); a row of NaN is a failure.
+    n_dimensions : int
+        d
+    weights : ndarray, shape (m,), optional
+        Weight of each output's difference; ones for None.
+    settings : PairSettings
+    callback : callable, optional
+        Gets `Progress`; a true result cancels. A cancelled search returns the best pair so far.
+
+    Raises
+    ------
+    Cancelled
+        If it was cancelled before the genetic algorithm had begun.
+    """
+    training = None
+    objective: ModelPair | SurrogatePair
+    if settings.search_space == "surrogate":
+        training = train(model, n_dimensions, settings, callback)
+        n_values = training.surrogate.n_values
+        wanted = np.ones(n_values) if weights is None else weights
+        objective = SurrogatePair(training.surrogate, wanted)
+    else:
+        n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
+        wanted = np.ones(n_values) if weights is None else weights
+        objective = ModelPair(model, wanted)
+    start = time.perf_counter()
+    results = _run_all(objective, n_dimensions, settings, callback)
+    searched = time.perf_counter()
+    best_run = int(np.argmax([r.value for r in results]))
+    best = results[best_run]
+    u = best.x.reshape(2, n_dimensions)
+    if callback is not None:
+        callback(Progress(stage="verify", done=0, total=2, best=best.value, run=best_run))
+    y = _outputs(model, u)
+    f = float((np.abs(y[0] - y[1]) * wanted).sum())
+    return PairOutcome(
+        u=u,
+        y=y,
+        y_surrogate=training.surrogate(u) if training else None,
+        objective_surrogate=best.value if training else None,
+        objective_model=f if np.isfinite(f) else None,
+        training=training,
+        run_values=tuple(r.value for r in results),
+        best_run=best_run,
+        history=best.history,
+        n_evaluations=sum(r.n_evaluations for r in results),
+        stop_reason=results[-1].stop_reason,
+        seconds={
+            "sampling": training.seconds_sampling if training else 0.0,
+            "fit": training.seconds_fit if training else 0.0,
+            "search": searched - start,
+            "verify": time.perf_counter() - searched,
+        },
+    )

@@ -1,0 +1,26 @@
+"""What a long computation tells about itself, and how it is stopped."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+STAGES = ("compile", "sampling", "fit", "search", "verify")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """One report of a running search."""
+
+    stage: str
+    """`compile`, `sampling`, `fit`, `search` or `verify`."""
+    done: int
+    """Work done in this stage (generations over all runs in `search`)."""
+    total: int
+    """Work of this stage."""
+    best: float | None = None
+    """Best objective so far in this run, in the outputs' unit (deg for the knee)."""
+    run: int = 0
+    """Number of the run, from 0."""
+
+
+Callback = Callable[[Progress], object]
+"""Gets each report; a true result cancels."""

@@ -1,0 +1,28 @@
+"""Compile or load the kernels before anything is timed, or while a visitor still looks around."""
+
+import numpy as np
+
+from kneecore.model.response import simulate
+from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
+from kneecore.numerics.pair import SurrogatePair
+from kneecore.numerics.surrogate import Surrogate
+from kneecore.space import ParameterSpace
+
+
+def warm_up(search_space: str = "surrogate") -> None:
+    """Run each kernel of a search once on next to nothing.
+
+    Parameters
+    ----------
+    search_space : {"surrogate", "model"}
+        The search whose kernels are wanted.
+    """
+    simulate(ParameterSpace().baseline)
+    if search_space == "surrogate":
+        points = np.array([[0.0], [0.5], [1.0]])
+        surrogate = Surrogate.fit(points, points)
+        surrogate(points)
+        pair = SurrogatePair(surrogate, np.ones(1))
+        maximize(pair, np.zeros(2), np.ones(2), pop_size=10, n_generations=GENERATIONS_PER_CALL)
+    else:
+        maximize(lambda x: x[:, 0], np.zeros(2), np.ones(2), pop_size=10, n_generations=1)

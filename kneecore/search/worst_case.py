@@ -1,0 +1,307 @@
+"""The worst case: the two most different models within the uncertainty of the parameters.
+
+Examples
+--------
+Any mechanism will do. Two coupled springs, stiff within 10 per cent; the output is the stretch
+under three loads:
+
+>>> import numpy as np
+>>> import kneecore
+>>> def stretch(k):
+...     return np.outer(1.0 / k[:, 0] + 1.0 / k[:, 1], [1.0, 2.0, 5.0])
+>>> pair = kneecore.worst_case(
+...     model=stretch, lower=[90.0, 45.0], upper=[110.0, 55.0], training_samples=20,
+...     pop_size=50, n_generations=50,
+... )
+>>> np.sort(pair.x[:, 0]).round(3)
+array([ 90., 110.])
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kneecore._threads import thread_count
+from kneecore.errors import ParameterError
+from kneecore.model.response import RestLength, simulate_batch
+from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.search.knee import KneeModel, Objective, load_weights
+from kneecore.search.pair_search import PairOutcome, PairSettings, SearchSpace, find_pair
+from kneecore.search.progress import Callback, Progress
+from kneecore.search.result import LARGEST_EXTENSION, PairResult, SearchResult, versions
+from kneecore.search.warm_up import warm_up
+from kneecore.space import ParameterSpace
+
+__all__ = ["worst_case"]
+
+FloatArray = NDArray[np.float64]
+BatchedModel = Callable[[FloatArray], ArrayLike]
+
+
+@overload
+def worst_case(
+    space: ParameterSpace | None = None,
+    *,
+    search_space: SearchSpace = ...,
+    training_samples: int = ...,
+    pop_size: int = ...,
+    n_generations: int = ...,
+    n_runs: int = ...,
+    objective: Objective = ...,
+    seed: int = ...,
+    rest_length: RestLength = ...,
+    threads: int | None = ...,
+    options: GeneticOptions | None = ...,
+    callback: Callback | None = ...,
+) -> SearchResult: ...
+
+
+@overload
+def worst_case(
+    space: None = None,
+    *,
+    model: BatchedModel,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    names: Sequence[str] | None = ...,
+    weights: ArrayLike | None = ...,
+    search_space: SearchSpace = ...,
+    training_samples: int = ...,
+    pop_size: int = ...,
+    n_generations: int = ...,
+    n_runs: int = ...,
+    seed: int = ...,
+    options: GeneticOptions | None = ...,
+    callback: Callback | None = ...,
+) -> PairResult: ...
+
+
+def worst_case(
+    space: ParameterSpace | None = None,
+    *,
+    model: BatchedModel | None = None,
+    lower: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
+    names: Sequence[str] | None = None,
+    weights: ArrayLike | None = None,
+    search_space: SearchSpace = "surrogate",
+    training_samples: int = 50,
+    pop_size: int = 200,
+    n_generations: int = 800,
+    n_runs: int = 1,
+    objective: Objective = "all",
+    seed: int = 0,
+    rest_length: RestLength = "recomputed",
+    threads: int | None = None,
+    options: GeneticOptions | None = None,
+    callback: Callback | None = None,
+) -> SearchResult | PairResult:
+    """Find the two most different models within bounds.
+
+    The genetic algorithm maximises the sum over the outputs of |y(x_1) - y(x_2)|, over both models
+    at once; the best pair is always computed again in the true model.
+
+    Parameters
+    ----------
+    space : ParameterSpace, optional
+        The knees to search; the packaged baseline with its default bounds for None.
+    model : callable, optional
+        A model of your own in the knee's place: maps (n, d) inputs to (n, m) outputs; a row of NaN
+        is a failure. Needs `lower` and `upper`, and excludes `space`.
+    lower, upper : array_like, shape (d,), optional
+        Bounds of your own model's inputs.
+    names : sequence of str, optional
+        Names of its inputs.
+    weights : array_like, shape (m,), optional
+        Weight of each of its outputs' difference; ones for None.
+    search_space : {"surrogate", "model"}
+        What the genetic algorithm evaluates.
+    training_samples : int
+        Model runs that the surrogate is fitted to.
+    pop_size, n_generations : int
+        Size of the search; 200 x 800 is the paper's main run.
+    n_runs : int
+        Independent runs; the best is kept, the spread reported.
+    objective : {"all", "extension", "flexion"}
+        Which of the knee's 12 loads count.
+    seed : int
+        The same seed gives the same bytes, on any number of threads.
+    rest_length, threads
+        As for `simulate_batch`.
+    options : GeneticOptions, optional
+        The genetic algorithm's constants.
+    callback : callable, optional
+        Gets `Progress` reports; a true result cancels. What was found until then is returned, with
+        the `stop_reason` "cancelled".
+
+    Returns
+    -------
+    SearchResult
+        For the knee; a `PairResult` for a model of your own.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
+    ModelError
+        If too many models failed to say anything.
+    Cancelled
+        If the callback cancelled before the search had begun.
+    """
+    settings = PairSettings(
+        search_space=search_space,
+        training_samples=training_samples,
+        pop_size=pop_size,
+        n_generations=n_generations,
+        n_runs=n_runs,
+        options=options or GeneticOptions(),
+        seed=seed,
+    )
+    if model is None:
+        if lower is not None or upper is not None or names is not None or weights is not None:
+            raise ParameterError(
+                "`lower`, `upper`, `names`, `weights` need a `model`; for the knee use `space`"
+            )
+        return _worst_knees(
+            space or ParameterSpace(), settings, objective, rest_length, threads, callback
+        )
+    if space is not None:
+        raise ParameterError("`space` and `model` are given; only one of them is allowed")
+    return _worst_pair(model, lower, upper, names, weights, settings, callback)
+
+
+def _worst_knees(
+    space: ParameterSpace,
+    settings: PairSettings,
+    objective: Objective,
+    rest_length: RestLength,
+    threads: int | None,
+    callback: Callback | None,
+) -> SearchResult:
+    weights = load_weights(objective)
+    settings.check_training(space.n_free)
+    n_threads = thread_count(threads)
+    model = KneeModel(space, rest_length, n_threads)
+    started = time.perf_counter()
+    if callback is not None:
+        callback(Progress(stage="compile", done=0, total=1))
+    warm_up(settings.search_space)
+    compiled = time.perf_counter() - started
+    outcome = find_pair(model, space.n_free, weights, settings, callback)
+    counts = {
+        "pairs_evaluated": outcome.n_evaluations,
+        "models_simulated": model.n_simulated,
+        "models_failed": model.n_failed,
+        "models_refined": model.n_refined,
+        "models_unsettled": model.n_unsettled,
+    }
+    order = _order(outcome, LARGEST_EXTENSION)
+    x = space.from_free_unit(outcome.u[order])
+    responses = simulate_batch(
+        np.vstack([space.baseline, x]),
+        baseline=space.baseline,
+        rest_length=rest_length,
+        threads=1,
+    )
+    training = outcome.training
+    predicted = outcome.y_surrogate
+    return SearchResult(
+        space=space,
+        search_space=settings.search_space,
+        objective=objective,
+        rest_length=rest_length,
+        x=x,
+        baseline=responses[0],
+        model_1=responses[1],
+        model_2=responses[2],
+        predicted_flexion=None if predicted is None else np.radians(predicted[order]),
+        objective_surrogate=outcome.objective_surrogate,
+        objective_model=outcome.objective_model,
+        gap_percent=outcome.gap_percent,
+        training_x=space.from_free_unit(training.points) if training else None,
+        training_flexion=np.radians(training.values) if training else None,
+        loo_rms_deg=training.loo_rms if training else None,
+        run_values=outcome.run_values,
+        history=outcome.history,
+        pop_size=settings.pop_size,
+        n_generations=settings.n_generations,
+        training_samples=settings.training_samples,
+        options=settings.options,
+        seed=settings.seed,
+        stop_reason=outcome.stop_reason,
+        counts=counts,
+        seconds={"compile": compiled, **outcome.seconds},
+        threads=n_threads,
+        versions=versions(),
+    )
+
+
+def _order(outcome: PairOutcome, output: int) -> list[int]:
+    """Return the two models' places, the one with the smaller `output` first."""
+    y = outcome.y[:, output]
+    if not np.isfinite(y).all() and outcome.y_surrogate is not None:
+        y = outcome.y_surrogate[:, output]
+    return [1, 0] if y[0] > y[1] else [0, 1]
+
+
+def _worst_pair(
+    model: BatchedModel,
+    lower: ArrayLike | None,
+    upper: ArrayLike | None,
+    names: Sequence[str] | None,
+    weights: ArrayLike | None,
+    settings: PairSettings,
+    callback: Callback | None,
+) -> PairResult:
+    if lower is None or upper is None:
+        raise ParameterError("`lower` and `upper` are needed with a `model`")
+    low, high = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
+    if low.ndim != 1 or low.shape != high.shape or not np.isfinite([low, high]).all():
+        raise ParameterError(
+            f"`lower` and `upper` have shapes {low.shape} and {high.shape}; "
+            "one shape (d,) of finite numbers is allowed"
+        )
+    if (low > high).any():
+        k = int(np.argmax(low > high))
+        raise ParameterError(f"`lower`[{k}] is {low[k]:g}, above `upper`[{k}] = {high[k]:g}")
+    free = high > low
+    if not free.any():
+        raise ParameterError("all bounds have zero width; at least one above 0 is needed")
+    if names is not None and len(names) != len(low):
+        raise ParameterError(f"`names` has {len(names)} entries; {len(low)} are needed")
+    wanted = None if weights is None else np.array(weights, dtype=np.float64)
+
+    def scale(u: FloatArray) -> FloatArray:
+        x = np.broadcast_to(low, (len(u), len(low))).copy()
+        x[:, free] = np.clip(low[free] + u * (high - low)[free], low[free], high[free])
+        return x
+
+    outcome = find_pair(
+        lambda u: np.asarray(model(scale(u)), dtype=np.float64),
+        int(np.count_nonzero(free)),
+        wanted,
+        settings,
+        callback,
+    )
+    order = _order(outcome, 0)
+    return PairResult(
+        names=tuple(names) if names else tuple(f"x{k}" for k in range(len(low))),
+        lower=low,
+        upper=high,
+        x=scale(outcome.u[order]),
+        y=outcome.y[order],
+        objective_surrogate=outcome.objective_surrogate,
+        objective_model=outcome.objective_model,
+        gap_percent=outcome.gap_percent,
+        loo_rms=outcome.training.loo_rms if outcome.training else None,
+        n_failed=outcome.training.n_failed if outcome.training else 0,
+        run_values=outcome.run_values,
+        history=outcome.history,
+        n_evaluations=outcome.n_evaluations,
+        stop_reason=outcome.stop_reason,
+        seed=settings.seed,
+        seconds=outcome.seconds,
+    )

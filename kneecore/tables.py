@@ -1,0 +1,66 @@
+"""Plain tables for terminals and notebooks."""
+
+import io
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich import box
+from rich.console import Console, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from kneecore.parameters import LIGAMENTS
+
+if TYPE_CHECKING:
+    from kneecore.model.response import Response
+
+WIDTH = 100
+
+
+def render(parts: Iterable[RenderableType], *, html: bool = False) -> str:
+    """Return rich renderables as plain text, or as HTML for a notebook."""
+    console = Console(file=io.StringIO(), width=WIDTH, record=True, force_jupyter=False)
+    for part in parts:
+        console.print(part)
+    if html:
+        return console.export_html(
+            inline_styles=True, code_format='<pre style="line-height:1.2">{code}</pre>'
+        )
+    lines = (line.rstrip() for line in console.export_text(styles=False).splitlines())
+    return "\n".join(lines)
+
+
+def table(title: str, *columns: str) -> Table:
+    """Return an empty table; the first column is flush left."""
+    made = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
+    for index, column in enumerate(columns):
+        made.add_column(column, justify="left" if index == 0 else "right", no_wrap=True)
+    return made
+
+
+def degrees(value: float) -> str:
+    """Return an angle (rad) as text in deg."""
+    return f"{np.degrees(value):.2f}" if np.isfinite(value) else "failed"
+
+
+def response_table(response: "Response") -> str:
+    """Return one knee's response as text."""
+    columns = ["moment N m", "flexion deg"] + [f"{name.upper()} N" for name in LIGAMENTS]
+    columns += ["contact N", "indentation mm", "AP mm", "settled"]
+    rows = table(f"Response (status: {response.status})", *columns)
+    for k in np.argsort(-response.moment):
+        numbers = [*response.tension[k], response.contact_force[k]]
+        rows.add_row(
+            f"{response.moment[k]:+g}",
+            degrees(response.flexion[k]),
+            *(f"{v:.1f}" for v in numbers),
+            f"{1e3 * response.indentation[k]:.2f}",
+            f"{1e3 * response.ap_position[k]:.2f}",
+            "yes" if response.settled[k] else "no",
+        )
+    rest = ", ".join(
+        f"{name.upper()} {1e3 * value:.3f}"
+        for name, value in zip(LIGAMENTS, response.rest_length, strict=True)
+    )
+    return render([rows, Text(f"Rest lengths, mm: {rest}")])
