@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from kneecore.model.trajectory import Trajectory, trajectory
     from kneecore.numerics.genetic_options import GeneticOptions
     from kneecore.parameters import LIGAMENTS, NAMES, Parameter
+    from kneecore.search.cancelled import Cancelled
     from kneecore.search.knee import KneeSurrogate, fit_surrogate
-    from kneecore.search.pair_search import Cancelled
     from kneecore.search.progress import Progress
     from kneecore.search.result import PairResult, SearchResult
     from kneecore.search.warm_up import warm_up
@@ -61,7 +61,7 @@ _HOME = {
     "Parameter": "parameters",
     "KneeSurrogate": "search.knee",
     "fit_surrogate": "search.knee",
-    "Cancelled": "search.pair_search",
+    "Cancelled": "search.cancelled",
     "Progress": "search.progress",
     "PairResult": "search.result",
     "SearchResult": "search.result",

@@ -87,7 +87,7 @@ class Response:
         return 0 if self.refinements < 0 else int(np.count_nonzero(~self.settled))
 
     def __str__(self) -> str:
-        from kneecore.model.table import response_table
+        from kneecore.tables import response_table  # rich is not needed to simulate
 
         return response_table(self)
 

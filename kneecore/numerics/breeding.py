@@ -90,13 +90,14 @@ def _spin(cumulative, u):  # type: ignore[no-untyped-def]
 
 
 @inline
-def _cross(key, mother, father, lower, upper, alpha, child):  # type: ignore[no-untyped-def]
+def _cross(key, population, mother, father, lower, upper, alpha, children, i):  # type: ignore[no-untyped-def]
     """BLX-alpha: each gene uniform on the parents' interval, widened by alpha on both sides."""
-    for k in range(child.shape[0]):
-        low, high = min(mother[k], father[k]), max(mother[k], father[k])
+    for k in range(population.shape[1]):
+        a, b = population[mother, k], population[father, k]
+        low, high = min(a, b), max(a, b)
         width = high - low
         gene = low - alpha * width + uniform(key, 2 + k) * (1.0 + 2.0 * alpha) * width
-        child[k] = min(max(gene, lower[k]), upper[k])
+        children[i, k] = min(max(gene, lower[k]), upper[k])
 
 
 @inline
@@ -108,18 +109,21 @@ def _mutate_gene(key, k, gene, low, high, exponent):  # type: ignore[no-untyped-
 
 
 @inline
-def _mutate(key, parent, lower, upper, exponent, probability, child):  # type: ignore[no-untyped-def]
+def _mutate(key, population, parent, lower, upper, exponent, probability, children, i):  # type: ignore[no-untyped-def]
     """Mutate each gene with the given probability, and one at random if none was drawn."""
-    d = child.shape[0]
-    untouched = True
+    d = population.shape[1]
+    drawn = min(int(uniform(key, 1 + 3 * d) * d), d - 1)
     for k in range(d):
-        child[k] = parent[k]
+        children[i, k] = population[parent, k]
         if uniform(key, 1 + 3 * k) < probability:
-            child[k] = _mutate_gene(key, k, parent[k], lower[k], upper[k], exponent)
-            untouched = False
-    if untouched:
-        k = min(int(uniform(key, 1 + 3 * d) * d), d - 1)
-        child[k] = _mutate_gene(key, k, parent[k], lower[k], upper[k], exponent)
+            drawn = -1
+            children[i, k] = _mutate_gene(
+                key, k, population[parent, k], lower[k], upper[k], exponent
+            )
+    if drawn >= 0:
+        children[i, drawn] = _mutate_gene(
+            key, drawn, population[parent, drawn], lower[drawn], upper[drawn], exponent
+        )
 
 
 @kernel
@@ -151,13 +155,15 @@ def breed(
     generation : int
         Number of this generation for the random numbers, from 1.
     """
-    for i in range(n_elite):
-        children[i] = population[order[i]]
-    for i in range(n_elite, children.shape[0]):
+    for i in range(children.shape[0]):
+        if i < n_elite:
+            for k in range(children.shape[1]):
+                children[i, k] = population[order[i], k]
+            continue
         key = stream(seed, generation, i)
-        parent = population[order[_spin(cumulative, uniform(key, 0))]]
+        parent = order[_spin(cumulative, uniform(key, 0))]
         if i < n_elite + n_crossover:
-            other = population[order[_spin(cumulative, uniform(key, 1))]]
-            _cross(key, parent, other, lower, upper, alpha, children[i])
+            other = order[_spin(cumulative, uniform(key, 1))]
+            _cross(key, population, parent, other, lower, upper, alpha, children, i)
         else:
-            _mutate(key, parent, lower, upper, exponent, probability, children[i])
+            _mutate(key, population, parent, lower, upper, exponent, probability, children, i)

@@ -1,9 +1,9 @@
-"""A real-coded genetic algorithm, after Herrera, Lozano & Verdegay 1998 (Artif. Intell. Rev. 12).
+"""A real-coded genetic algorithm after Herrera, Lozano & Verdegay 1998 (Artif Intell Rev 12:265).
 
 The operators are those that Ciszkiewicz & Dumas 2024 name: rank-based scaling, roulette wheel,
 BLX-alpha crossover, non-uniform mutation, and 70 / 20 / 10 per cent of the next generation from
 crossover, mutation and elite. What they leave open is chosen, with the reason, in
-`kneecore.numerics.genetic_options`. The algorithm knows no model: it maximises any batched callable.
+`kneecore.numerics.genetic_options`. The algorithm knows no model: it maximises any callable.
 
 Examples
 --------

@@ -62,10 +62,11 @@ class GeneticOptions:
         n_elite = int(self.elite_fraction * pop_size + 0.5 + 1e-9)
         n_mutation = int(self.mutation_fraction * pop_size + 0.5 + 1e-9)
         n_crossover = pop_size - n_elite - n_mutation
-        if min(n_elite, n_mutation, n_crossover) < 1 or pop_size < 10:
+        if min(n_elite, n_mutation, n_crossover) < 1:
+            smallest = min(self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
             raise ParameterError(
-                f"`pop_size` is {pop_size}; at least 10 and at least one individual each for "
-                "crossover, mutation and elite is allowed"
+                f"`pop_size` is {pop_size}; at least {int(np.ceil(1.0 / smallest - 1e-9))} is "
+                "allowed, so that crossover, mutation and elite get one individual each"
             )
         return n_elite, n_crossover, n_mutation
 

@@ -109,10 +109,12 @@ def _draw_geometry(axes: Axes, x: FloatArray, response: Response, name: str) -> 
             axes.annotate(
                 ligament.upper(),
                 both[1],
-                xytext=(6, -3),
+                xytext=(9, -10),
                 textcoords="offset points",
                 fontsize=8,
-                color="0.25",
+                color="0.2",
+                bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none"},
+                zorder=5,
             )
 
 
@@ -126,7 +128,7 @@ def _geometry(result: "SearchResult") -> Figure:
     axes.set_xlabel("anterior, mm")
     axes.set_ylabel("proximal, mm")
     axes.set_title(f"Geometry in the load-free pose ({np.degrees(THETA_0):.2f} deg)")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower right")
     return figure
 
 

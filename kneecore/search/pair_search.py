@@ -18,6 +18,7 @@ from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.pair import ModelPair, SurrogatePair
 from kneecore.numerics.sampling import check_count, check_seed, uniform
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.cancelled import Cancelled
 from kneecore.search.progress import Callback, Progress
 
 __all__ = ["PairOutcome", "PairSettings", "SearchSpace", "Training", "find_pair", "train"]
@@ -123,10 +124,6 @@ class PairOutcome:
         if self.objective_surrogate == 0.0:
             return None
         return 100.0 * (1.0 - self.objective_model / self.objective_surrogate)
-
-
-class Cancelled(Exception):
-    """The callback asked to stop before there was anything to show."""
 
 
 def train(

@@ -1,0 +1,121 @@
+"""What the command lines share: short messages, exit codes, progress, Ctrl-C.
+
+Exit codes: 0 done, 1 the model gave no answer, 2 something asked for is not allowed, 130 Ctrl-C.
+"""
+
+import contextlib
+import io
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from types import FrameType
+from typing import Any, TypeVar
+
+import tyro
+
+from kneecore.errors import KneecoreError, ModelError
+
+DONE, NO_ANSWER, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
+PATIENCE = 0.8
+"""Seconds that a computation gets to end itself after Ctrl-C."""
+
+_T = TypeVar("_T")
+
+
+def parse(options: type[_T], arguments: Sequence[str] | None, command: str) -> _T:
+    """Return the parsed options; a wrong one ends the process with one line and exit code 2."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(said):
+            return tyro.cli(
+                options,
+                args=arguments,
+                prog=command,
+                config=(tyro.conf.FlagCreatePairsOff,),
+            )
+    except SystemExit as stop:
+        if not stop.code:
+            raise
+        first = _first_sentence(said.getvalue())
+        print(f"{command}: {first} (see --help)", file=sys.stderr)
+        raise SystemExit(NOT_ALLOWED) from None
+
+
+def _first_sentence(message: str) -> str:
+    """Return what tyro's box says above its first rule: below is the option's whole help text."""
+    said: list[str] = []
+    for line in message.splitlines()[1:]:
+        words = re.sub(r"\x1b\[[0-9;]*m", "", line).strip(" │")
+        if words.startswith(("─", "╰")):
+            break
+        said.append(words)
+    return " ".join(said) or "wrong options"
+
+
+def fail(command: str, error: KneecoreError) -> int:
+    """Print an error as one line and return its exit code."""
+    print(f"{command}: {' '.join(str(error).split())}", file=sys.stderr)
+    return NO_ANSWER if isinstance(error, ModelError) else NOT_ALLOWED
+
+
+def put(text: str) -> None:
+    """Print to stdout; a reader that has gone (``| head``) is no error."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextlib.contextmanager
+def _interrupt_sets(event: threading.Event) -> Iterator[None]:
+    """Let Ctrl-C set `event` instead of raising: numba swallows exceptions while it compiles."""
+
+    def handle(_signal: int, _frame: FrameType | None) -> None:
+        event.set()
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def run_cancellable(work: Callable[[threading.Event], _T], command: str) -> tuple[_T, bool]:
+    """Run `work` on a thread while this one listens for Ctrl-C.
+
+    Parameters
+    ----------
+    work : callable
+        Gets an event that is set when it should stop and return what it has.
+    command : str
+        Name for messages.
+
+    Returns
+    -------
+    tuple
+        What `work` returned, and whether it was asked to stop.
+    """
+    stop = threading.Event()
+    outcome: dict[str, Any] = {}
+
+    def run() -> None:
+        try:
+            outcome["value"] = work(stop)
+        except BaseException as error:
+            outcome["error"] = error
+
+    worker = threading.Thread(target=run, daemon=True, name=command)
+    with _interrupt_sets(stop):
+        worker.start()
+        while worker.is_alive() and not stop.is_set():
+            worker.join(0.05)
+        worker.join(PATIENCE)
+        if worker.is_alive():
+            print(f"{command}: interrupted; nothing was saved", file=sys.stderr, flush=True)
+            os._exit(INTERRUPTED)  # a compilation cannot be stopped in any other way
+    if "error" in outcome:
+        raise outcome["error"]
+    return outcome["value"], stop.is_set()

@@ -1,0 +1,84 @@
+"""`python -m kneecore.simulate`: one knee through the load programme."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from kneecore import _cli
+from kneecore.errors import KneecoreError
+
+if TYPE_CHECKING:
+    from kneecore.model.response import Response
+
+COMMAND = "python -m kneecore.simulate"
+SCHEMA = "kneecore.response/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Simulate one knee at the 12 loads and print its response.
+
+    The packaged baseline is a reconstruction: the parameter table of Ciszkiewicz & Dumas 2024 is
+    not available.
+    """
+
+    baseline: Annotated[str | None, tyro.conf.arg(metavar="FILE")] = None
+    """A knee file (TOML). If it holds a current knee, that one is simulated, in the load-free pose
+    that the file's baseline fixes. Unset: the packaged baseline."""
+    rest_length: Literal["recomputed", "fixed"] = "recomputed"
+    """Ligaments strain-free in the knee's own load-free pose, or as long as the baseline's."""
+    json: bool = False
+    """Print one JSON object instead of the table."""
+
+
+def _document(response: "Response", title: str) -> dict[str, Any]:
+    import numpy as np
+
+    def plain(values: Any, factor: float = 1.0) -> Any:
+        array = np.round(np.asarray(values) * factor, 10) + 0.0
+        return np.where(np.isfinite(array), array.astype(object), None).tolist()
+
+    return {
+        "schema": SCHEMA,
+        "title": title,
+        "status": response.status,
+        "refinements": response.refinements,
+        "moment_nm": response.moment.tolist(),
+        "flexion_deg": plain(response.flexion, float(np.degrees(1.0))),
+        "tension_n": plain(response.tension),
+        "contact_force_n": plain(response.contact_force),
+        "indentation_mm": plain(response.indentation, 1e3),
+        "ap_position_mm": plain(response.ap_position, 1e3),
+        "settled": response.settled.tolist(),
+        "ligament_rest_length_mm": plain(response.rest_length, 1e3),
+    }
+
+
+def _run(options: Options) -> int:
+    from kneecore.knee_file import packaged_knee, read_knee
+    from kneecore.model.response import simulate
+
+    knee = packaged_knee() if options.baseline is None else read_knee(options.baseline)
+    x = knee.baseline if knee.current is None else knee.current
+    response = simulate(x, baseline=knee.baseline, rest_length=options.rest_length)
+    which = knee.title if knee.current is None else f"{knee.title}, current knee"
+    if options.json:
+        _cli.put(json.dumps(_document(response, which), allow_nan=False, ensure_ascii=False))
+    else:
+        _cli.put(f"{which}. {knee.note or ''}".rstrip())
+        _cli.put(str(response))
+    return _cli.DONE if response.status != "failed" else _cli.NO_ANSWER
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = _cli.parse(Options, arguments, COMMAND)
+    try:
+        return _run(options)
+    except KneecoreError as error:
+        return _cli.fail(COMMAND, error)
+    except KeyboardInterrupt:
+        return _cli.INTERRUPTED

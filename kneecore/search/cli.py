@@ -1,0 +1,169 @@
+"""`python -m kneecore.search`: find the two most different knees from a terminal."""
+
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from kneecore import _cli
+from kneecore.errors import KneecoreError
+from kneecore.numerics.genetic_options import GeneticOptions
+
+if TYPE_CHECKING:
+    from kneecore.search.progress import Callback
+    from kneecore.search.result import SearchResult
+    from kneecore.space import ParameterSpace
+
+COMMAND = "python -m kneecore.search"
+_Metres = Annotated[float | None, tyro.conf.arg(metavar="MM")]
+_Degrees = Annotated[float | None, tyro.conf.arg(metavar="DEG")]
+_Percent = Annotated[float | None, tyro.conf.arg(metavar="PERCENT")]
+_File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
+_Folder = Annotated[str | None, tyro.conf.arg(metavar="DIR")]
+_Count = Annotated[int | None, tyro.conf.arg(metavar="N")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Find the two most different knees within the uncertainty of the parameters.
+
+    A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
+    the model itself); the best pair is always computed again in the true model. The packaged
+    baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose parameter table is
+    not available.
+    """
+
+    case: Literal["both", "geometry", "material"] = "both"
+    """Which parameters vary: all 28, the 22 geometric or the 6 of the material."""
+    geometry_bound_mm: _Metres = None
+    """Half-range of every length and coordinate, mm. Unset: the baseline's, 1 mm."""
+    slope_bound_deg: _Degrees = None
+    """Half-range of the plateau's slope, deg. Unset: the baseline's, 1 deg."""
+    material_bound_percent: _Percent = None
+    """Half-range of the material parameters, per cent. Unset: the baseline's, 10 %."""
+    space: Literal["surrogate", "model"] = "surrogate"
+    """Where to search: in the surrogate, or in the true model (slower, exact values)."""
+    training_samples: int = 50
+    """Model runs that the surrogate is fitted to; at least one more than free parameters."""
+    pop_size: int = 200
+    """Pairs in a generation."""
+    generations: int = 800
+    """Generations."""
+    runs: int = 1
+    """Independent runs of the search; the best is kept and the spread shown."""
+    objective: Literal["all", "extension", "flexion"] = "all"
+    """Which of the 12 loads count."""
+    seed: int = 0
+    """The same seed gives the same result, on any number of threads."""
+    rest_length: Literal["recomputed", "fixed"] = "recomputed"
+    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
+    baseline: _File = None
+    """A knee file (TOML) of your own: values, units, half-ranges, sources."""
+    threads: _Count = None
+    """Threads for the true model. Unset: all cores."""
+    out: _Folder = None
+    """Write result.json, curves.csv and Figures 1-4 (PNG, SVG) to this folder."""
+    force: bool = False
+    """Overwrite a result that is in the folder already."""
+    json: bool = False
+    """Print the result as one JSON object and nothing else on stdout."""
+    quiet: bool = False
+    """Show no progress."""
+    ga: GeneticOptions = field(default_factory=GeneticOptions)
+    """Constants of the genetic algorithm."""
+
+
+def _space(options: Options) -> "ParameterSpace":
+    from kneecore.space import ParameterSpace
+
+    bounds = {
+        name: value
+        for name in ("geometry_bound_mm", "slope_bound_deg", "material_bound_percent")
+        if (value := getattr(options, name)) is not None
+    }
+    if options.baseline is not None:
+        return ParameterSpace.from_file(options.baseline, case=options.case, **bounds)
+    return ParameterSpace(case=options.case, **bounds)
+
+
+def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> "SearchResult":
+    from kneecore.search.worst_case import worst_case
+
+    return worst_case(
+        space,
+        search_space=options.space,
+        training_samples=options.training_samples,
+        pop_size=options.pop_size,
+        n_generations=options.generations,
+        n_runs=options.runs,
+        objective=options.objective,
+        seed=options.seed,
+        rest_length=options.rest_length,
+        threads=options.threads,
+        options=options.ga,
+        callback=callback,
+    )
+
+
+def _find(options: Options) -> tuple["SearchResult", bool]:
+    """Check everything, search with progress, and tell whether Ctrl-C was pressed."""
+    from kneecore.search.output import prepare_folder
+    from kneecore.search.show_progress import shown_progress
+
+    def work(stop: threading.Event) -> "SearchResult":
+        from kneecore._threads import thread_count
+
+        space = _space(options)
+        thread_count(options.threads)
+        if options.out is not None:
+            prepare_folder(options.out, force=options.force)
+        with shown_progress(quiet=options.quiet) as show:
+            return _search(options, space, lambda report: show(report) or stop.is_set())
+
+    return _cli.run_cancellable(work, COMMAND)
+
+
+def _save(options: Options, result: "SearchResult", *, interrupted: bool) -> bool:
+    """Write the files that were asked for; return whether Ctrl-C was pressed."""
+    if options.out is None:
+        return interrupted
+    try:
+        paths = result.save(options.out, force=options.force, figures=not interrupted)
+    except KeyboardInterrupt:
+        interrupted = True
+        paths = result.save(options.out, force=True, figures=False)
+    if not interrupted and not options.quiet:
+        print(f"{COMMAND}: {len(paths)} files written to {options.out}", file=sys.stderr)
+    return interrupted
+
+
+def _tell_interrupted(options: Options, result: "SearchResult") -> int:
+    bred = len(result.history) - 1
+    where = "nothing was saved"
+    if options.out is not None:
+        where = f"the best pair until then is in {options.out} (result.json, curves.csv)"
+    told = f"interrupted after generation {bred} of {result.n_generations}; {where}"
+    print(f"{COMMAND}: {told}", file=sys.stderr)
+    return _cli.INTERRUPTED
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = _cli.parse(Options, arguments, COMMAND)
+    from kneecore.search.cancelled import Cancelled
+
+    try:
+        result, interrupted = _find(options)
+        interrupted = _save(options, result, interrupted=interrupted)
+    except KneecoreError as error:
+        return _cli.fail(COMMAND, error)
+    except (Cancelled, KeyboardInterrupt):
+        print(f"{COMMAND}: interrupted; nothing was saved", file=sys.stderr)
+        return _cli.INTERRUPTED
+    if interrupted:
+        return _tell_interrupted(options, result)
+    _cli.put(result.to_json().rstrip("\n") if options.json else str(result))
+    return _cli.DONE
