@@ -1,0 +1,158 @@
+"""The command ``python -m kneeviz``: the knee in the browser.
+
+viser, numba and the rest are imported only after the options are read, so that ``--help`` and a
+wrong option answer at once.
+"""
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from kneecore import _cli
+
+if TYPE_CHECKING:
+    from kneeviz.app import App
+
+COMMAND = "python -m kneeviz"
+DEFAULT_PORT = 8080
+_PORTS_TRIED = 100
+_File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
+_Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Show the knee in the browser: sliders, live curves, and the worst-case search.
+
+    The packaged baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose
+    parameter table is not available.
+    """
+
+    host: str = "127.0.0.1"
+    """Address to listen on. The default can be reached from this machine only; whoever can reach
+    another address can use the app, for there is no password."""
+    port: _Port = None
+    """Port to listen on. Unset: 8080, or the next free one."""
+    baseline: _File = None
+    """A knee file (TOML) to start from instead of the packaged baseline."""
+    result: _File = None
+    """A search's result.json, or the folder that holds it, to open with."""
+    shared: bool = False
+    """All visitors see the same knee: what one does, all see. This is the default."""
+    per_visitor: bool = False
+    """Each visitor has a knee of his own."""
+    no_browser: bool = False
+    """Do not open the browser."""
+
+
+def port_is_free(host: str, port: int) -> bool:
+    """Tell whether a server could listen on `port`.
+
+    Raises
+    ------
+    OSError
+        If `host` is no address of this machine.
+    """
+    import errno
+    import socket
+
+    family, kind, protocol, _, address = socket.getaddrinfo(
+        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )[0]
+    with socket.socket(family, kind, protocol) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(address)
+        except OSError as error:
+            if error.errno in (errno.EADDRINUSE, errno.EACCES):
+                return False
+            raise
+    return True
+
+
+def choose_port(host: str, port: int | None) -> int:
+    """Return the port to listen on: the one asked for, or the first free one from 8080.
+
+    Raises
+    ------
+    ParameterError
+        If the port that was asked for is taken or no port, or the host is none of this machine's.
+    """
+    from kneecore.errors import ParameterError
+
+    if port is not None and not 0 <= port <= 65535:
+        raise ParameterError(f"`port` is {port}; 0 to 65535 is allowed")
+    try:
+        if port is not None:
+            if port != 0 and not port_is_free(host, port):
+                raise ParameterError(f"`port` {port} is in use; another one is needed")
+            return port
+        for candidate in range(DEFAULT_PORT, DEFAULT_PORT + _PORTS_TRIED):
+            if port_is_free(host, candidate):
+                return candidate
+    except OSError as error:
+        raise ParameterError(f"`host` {host!r} cannot be used: {error.strerror or error}") from None
+    raise ParameterError(f"no port from {DEFAULT_PORT} on is free; give one with --port")
+
+
+def start(options: Options) -> "App":
+    """Read the files, choose the port and start the server."""
+    from kneecore import read_knee
+    from kneecore.errors import ParameterError
+
+    if options.shared and options.per_visitor:
+        raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    port = choose_port(options.host, options.port)
+    knee = None if options.baseline is None else read_knee(options.baseline)
+    result = None
+    if options.result is not None:
+        from kneecore.search.result import SearchResult
+
+        result = SearchResult.load(options.result)
+    from kneeviz.app import App
+
+    return App(
+        host=options.host,
+        port=port,
+        knee=knee,
+        result=result,
+        shared=not options.per_visitor,
+    )
+
+
+def _serve(app: "App", *, browser: bool) -> None:
+    """Print the address, open it, and wait for Ctrl-C or a polite end."""
+    stop = threading.Event()
+    # A handler of our own: numba swallows Ctrl-C while it compiles.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    print(f"kneeviz: {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201
+    if browser:
+        import webbrowser
+
+        threading.Thread(target=webbrowser.open, args=(app.url,), daemon=True).start()
+    while not stop.wait(0.5):
+        pass
+    app.stop()
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = _cli.parse(Options, arguments, COMMAND)
+    from kneecore.errors import KneecoreError
+
+    try:
+        app = start(options)
+    except KneecoreError as error:
+        return _cli.fail(COMMAND, error)
+    _serve(app, browser=not options.no_browser)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,322 @@
+"""One view of one knee: its state, its handles, and the thread that brings them together.
+
+A session belongs to the server (everybody sees the same knee) or to a single client. Callbacks post
+to the session's mailbox; its worker thread alone touches the state and the handles.
+"""
+
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore import Knee, Trajectory
+from kneecore.model.forces import THETA_0
+from kneecore.model.pose import STATION
+from kneeviz import deeds, markup, series, wire
+from kneeviz.mechanism import Pose, tibia_at_contact
+from kneeviz.motion import pose_in_time
+from kneeviz.notices import Notices
+from kneeviz.playback import FRAME_SECONDS, Playback
+from kneeviz.plots import Markers, Shown
+from kneeviz.search_job import SearchJob
+from kneeviz.state import SCALE, KneeState, Solved
+from kneeviz.view import View
+from kneeviz.worker import Actions, Worker
+
+FloatArray = NDArray[np.float64]
+
+_MORPH_SECONDS = 0.35
+_FADE_SECONDS = 0.6
+_SLOW_FRAMES = 3  # hidden tabs, numbers and the position slider follow at a third of the rate
+
+
+class Session:
+    """A knee, its view and its worker.
+
+    Parameters
+    ----------
+    target : ViserServer or ClientHandle
+        Where the view is built; both have ``gui``, ``scene``, ``atomic`` and ``flush``.
+    knee : Knee
+        The baseline.
+    clients : callable
+        Returns the clients that look at this view, by their number.
+    """
+
+    def __init__(self, target: Any, knee: Knee, clients: Callable[[], dict[int, Any]]) -> None:
+        self.target, self.clients = target, clients
+        self.state = KneeState(knee)
+        self.playback = Playback()
+        self.worker = Worker(self._step, self._failed)
+        self.view = View(target, self.post, self.state)
+        self.notices = Notices(clients, target.gui)
+        self.job: SearchJob | None = None
+        self.rising: list[float] = []
+        self.overlay = False
+        self.lesson: int | None = None
+        self.rng = np.random.default_rng()
+        self.model_ready = False
+        self.surrogate_ready = False
+        self._runs: tuple[Trajectory | None, ...] | None = None
+        self._morph: tuple[FloatArray, float] | None = None
+        self._fade_start: float | None = None
+        self._stale = True  # the charts' content, beyond the markers
+        self._frame = 0
+        self._glide: tuple[float, float, float] | None = None
+        wire.guard(target.gui, self.reject)
+
+    def start(self) -> None:
+        """Draw the knee and start the worker."""
+        self.draw_at_rest()
+        self.view.show_legends(False)
+        self.worker.start()
+
+    def stop(self) -> None:
+        """End the worker and a running search."""
+        if self.job is not None:
+            self.job.cancel()
+        self.worker.stop()
+
+    def post(self, key: Hashable, value: Any = None) -> None:
+        """Ask the worker for something; returns at once."""
+        self.worker.mailbox.post(key, value)
+
+    def reject(self, client_id: int, handle: Any, fault: str) -> None:
+        """Note that a client's message was turned away; it is told once it stops."""
+        self.post(("reject", client_id), (client_id, handle, fault))
+
+    # The worker's thread from here on.
+
+    def _step(self, actions: Actions) -> float | None:
+        now = time.monotonic()
+        for key, value in actions:
+            deeds.perform(self, key, value)
+        self._ease(now)
+        self.playback.advance(now)
+        if self.model_ready:
+            self.draw()
+        else:
+            self.target.flush()
+        due = self.notices.deliver(now)
+        if self._moving() and self.clients():
+            due = now + FRAME_SECONDS if due is None else min(due, now + FRAME_SECONDS)
+        elif self._moving():
+            due = now + 0.5  # nobody looks
+        return due
+
+    def _moving(self) -> bool:
+        return self.model_ready and (
+            self.playback.playing
+            or self._morph is not None
+            or self._fade_start is not None
+            or self._glide is not None
+        )
+
+    def _ease(self, now: float) -> None:
+        """Carry on what changes over a moment instead of at once."""
+        if self._morph is not None:
+            start, began = self._morph
+            part = min((now - began) / _MORPH_SECONDS, 1.0)
+            smooth = part * part * (3.0 - 2.0 * part)
+            self.show_knee(start + smooth * (self.state.x - start), final=part >= 1.0)
+            if part >= 1.0:
+                self._morph = None
+        if self._fade_start is not None:
+            part = min((now - self._fade_start) / _FADE_SECONDS, 1.0)
+            self.view.scene.fade_overlays(part)
+            if part >= 1.0:
+                self._fade_start = None
+        if self._glide is not None:
+            self._follow_glide(now)
+
+    def _follow_glide(self, now: float) -> None:
+        assert self._glide is not None
+        start, end, began = self._glide
+        part = min((now - began) / 1.2, 1.0)
+        self.playback.set_share(start + (end - start) * part * part * (3.0 - 2.0 * part))
+        if part >= 1.0:
+            self._glide = None
+
+    def show_knee(self, x: FloatArray, *, final: bool) -> None:
+        """Solve the knee `x` for display; the last one is also the one that is kept."""
+        if final:
+            solved = self.state.update(self.state.x)
+            if solved.sweep is None:
+                self.say("The model fails for this knee; the last good one is shown.", "bad")
+        else:
+            self.state.preview(x)
+        self._stale, self._runs = True, None
+
+    def move_to(self, x: FloatArray) -> None:
+        """Make `x` the visitor's knee; the one on screen turns into it."""
+        shown = self.state.x if self.state.current is None else self.state.current.x
+        self.state.x = np.array(x, dtype=np.float64)
+        if self.model_ready:
+            self._morph = (np.array(shown), time.monotonic())
+        self.mirror_sliders()
+
+    def set_parameter(self, index: int, value: float) -> None:
+        """Take a slider's value, in the parameter's unit."""
+        if abs(value - self.slider_value(index)) < 1e-9:
+            return  # the browser repeats what it was told, with fewer digits than we keep
+        self.state.x[index] = value * SCALE[index]
+        self._morph = None
+        if self.model_ready:
+            self.show_knee(self.state.x, final=True)
+
+    def slider_value(self, index: int) -> float:
+        """Return what a slider shows for the present knee: its value to the slider's digits."""
+        handle = self.view.knee.sliders[index]
+        value = round(float(self.state.x[index] / SCALE[index]), int(handle.precision))
+        return min(max(value, handle.min), handle.max)
+
+    def mirror_sliders(self) -> None:
+        """Let all sliders show the present knee, also in a browser that missed something."""
+        for index, handle in enumerate(self.view.knee.sliders):
+            low, high = (round(edge, 6) for edge in self.state.slider_range(index))
+            if (handle.min, handle.max) != (low, high):
+                handle.min, handle.max = low, high
+            handle.disabled = not bool(self.state.space.free[index])
+            value = self.slider_value(index)
+            if handle.value != value:
+                handle.value = value
+            else:
+                wire.force_value(self.target.gui, handle)
+
+    def refit(self) -> None:
+        """Fit the surrogate anew, if the kernels are there."""
+        if self.surrogate_ready:
+            self.state.fit()
+            self._stale = True
+
+    def show_overlay(self, shown: bool) -> None:
+        """Show or hide the two worst cases; they fade in."""
+        shown = shown and self.state.result is not None
+        if shown and not self.overlay:
+            self._fade_start = time.monotonic()
+            self.view.scene.fade_overlays(0.0)
+        self.overlay = shown
+        self.view.show_legends(shown)
+        self._stale, self._runs = True, None
+
+    def glide_to(self, moment: float) -> None:
+        """Turn the knee smoothly to where it rests under a moment, N m."""
+        sweep = None if self.state.current is None else self.state.current.sweep
+        if sweep is None:
+            return
+        self.playback.play(False)
+        self._glide = (self.playback.share, sweep.share_at(moment), time.monotonic())
+
+    def go_to(self, moment: float) -> None:
+        """Show the knee under a moment at once, N m, and pause."""
+        self.glide_to(moment)
+
+    def touch(self) -> None:
+        """Draw the charts anew at the next frame."""
+        self._stale = True
+
+    def forget_runs(self) -> None:
+        """Compute motions in time anew."""
+        self._runs = None
+
+    def stop_glide(self) -> None:
+        """Leave the knee where it is."""
+        self._glide = None
+
+    def say(self, text: str, kind: str = "calm") -> None:
+        """Write the status line."""
+        self.view.transport.status.content = markup.status(text, kind=kind)
+
+    def _failed(self, error: Exception) -> None:
+        self.say(f"That did not work: {markup.escape(str(error))}", "bad")
+        self.target.flush()
+
+    def draw_at_rest(self) -> None:
+        """Draw the load-free knee, for which no kernel is needed."""
+        x = self.state.x
+        pose = Pose(
+            flexion=THETA_0,
+            moment=0.0,
+            tibia_position=tibia_at_contact(x, THETA_0, STATION, 0.0),
+            tension=np.zeros(4),
+            contact_force=0.0,
+        )
+        self.view.scene.draw(x, pose)
+        self.view.show_readout(pose)
+
+    def _knees(self) -> tuple[Solved | None, Solved | None, Solved | None]:
+        one, two = self.state.worst if self.overlay else (None, None)
+        return self.state.current, one, two
+
+    def poses(self) -> tuple[Pose | None, Pose | None, Pose | None]:
+        """Return the poses on screen: the visitor's knee and both worst cases, at one moment."""
+        knees = self._knees()
+        current = self.state.current
+        if current is None or current.sweep is None:
+            return None, None, None
+        if self.playback.mode == "sweep":
+            moment = current.sweep.moment_at(self.playback.share)
+            poses = [
+                None if k is None or k.sweep is None else k.sweep.at_moment(moment) for k in knees
+            ]
+        else:
+            if self._runs is None:
+                self._runs = deeds.runs_in_time(self.state, knees)
+            direction = 0 if self.playback.mode == "extension" else 1
+            poses = [
+                None if r is None else pose_in_time(r, direction, self.playback.share * r.time[-1])
+                for r in self._runs
+            ]
+        return poses[0], poses[1], poses[2]
+
+    def draw(self) -> None:
+        """Bring scene, charts and numbers up to date and send them off."""
+        current, poses = self.state.current, self.poses()
+        if current is None or poses[0] is None:
+            self.target.flush()
+            return
+        stale, self._stale = self._stale, False
+        self._frame += 1
+        slow = stale or not self.playback.playing or self._frame % _SLOW_FRAMES == 0
+        shown = self.shown()
+        with self.target.atomic():
+            self.view.scene.draw(current.x, poses[0])
+            for i, knee in enumerate(self._knees()[1:]):
+                self.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
+            self.view.show_charts(shown, Markers(poses=poses), all_tabs=slow)
+            if slow:
+                self.view.show_readout(poses[0])
+                self._mirror_position()
+            if stale:
+                self._show_numbers(shown)
+        self.target.flush()
+
+    def _mirror_position(self) -> None:
+        handle = self.view.transport.position
+        value = round(100.0 * self.playback.share, 1)
+        if handle.value != value:
+            handle.value = value
+
+    def shown(self) -> Shown:
+        """Return what the charts show now."""
+        baseline, (current, one, two) = self.state.baseline, self._knees()
+        knees = (baseline, current, one, two)
+        return Shown(
+            sweeps=tuple(None if k is None else k.sweep for k in knees),
+            flexion=None if current is None else current.response.flexion,
+            predicted=self.state.predicted,
+            training=deeds.training_curves(self.state),
+            strain_free=self.state.strain_free,
+        )
+
+    def _show_numbers(self, shown: Shown) -> None:
+        state, error = self.state, None
+        if state.predicted is not None and shown.flexion is not None:
+            error = series.prediction_error(state.predicted, shown.flexion)
+        loo = None if state.surrogate is None else state.surrogate.loo_rms_deg
+        self.view.error.content = markup.error_line(error, loo)
+        worst = [None, None] if not self.overlay else [k.x if k else None for k in state.worst]
+        current = state.x if state.current is None else state.current.x
+        self.view.show_comparison(state.space, (state.space.baseline, current, *worst))

@@ -1,0 +1,251 @@
+"""What one view knows: the baseline, the bounds, the visitor's knee, the last search's result.
+
+No widget and no thread here; kneecore does every computation. Values are SI.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import kneecore
+from kneecore import NAMES, Knee, ParameterSpace, Response, Trajectory, parameter_table
+from kneecore.space import Case
+from kneeviz.motion import Sweep, sweep_of
+
+FloatArray = NDArray[np.float64]
+
+RestLength = Any  # kneecore's literal: "recomputed" or "fixed"
+
+_TABLE = parameter_table()
+GEOMETRY = np.array([row.kind == "geometry" for row in _TABLE])
+SLOPE = np.array([row.name == "plateau_slope" for row in _TABLE])
+SCALE = np.array([row.scale for row in _TABLE])
+TRAINING_SAMPLES = 50
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """How far the parameters may be from the baseline. None keeps the knee file's half-ranges."""
+
+    case: Case = "both"
+    geometry_mm: float | None = None
+    slope_deg: float | None = None
+    material_percent: float | None = None
+    rest_length: RestLength = "recomputed"
+
+    def space(self, knee: Knee) -> ParameterSpace:
+        """Return the space around a knee file's baseline."""
+        given = (self.geometry_mm, self.slope_deg, self.material_percent)
+        kept = {
+            name: float(knee.half_ranges[i])
+            for i, name in enumerate(NAMES)
+            if given[_bound_of(i)] is None
+        }
+        geometry, slope, material = (
+            default if value is None else value
+            for value, default in zip(given, (1.0, 1.0, 10.0), strict=True)
+        )
+        return ParameterSpace(
+            case=self.case,
+            geometry_bound_mm=geometry,
+            slope_bound_deg=slope,
+            material_bound_percent=material,
+            half_ranges=kept,
+            baseline=knee.baseline,
+            title=knee.title,
+            note=knee.note,
+        )
+
+
+def _bound_of(index: int) -> int:
+    if not GEOMETRY[index]:
+        return 2
+    return 1 if SLOPE[index] else 0
+
+
+def shown_bounds(knee: Knee) -> tuple[float, float, float]:
+    """Return the largest half-ranges of a knee file: (mm, deg, % of the value)."""
+    half = np.asarray(knee.half_ranges)
+    size = np.maximum(np.abs(knee.baseline), 1e-30)
+    length = GEOMETRY & ~SLOPE
+    return (
+        float(1e3 * half[length].max()),
+        float(np.degrees(half[SLOPE].max())),
+        float(100.0 * (half / size)[~GEOMETRY].max()),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solved:
+    """A knee with kneecore's answer."""
+
+    x: FloatArray
+    response: Response
+    sweep: Sweep | None
+    """None if the model failed."""
+
+
+class KneeState:
+    """Everything that one view shows. One thread owns it."""
+
+    def __init__(self, knee: Knee) -> None:
+        self.knee = knee
+        self.bounds = Bounds()
+        self.space = self.bounds.space(knee)
+        start = knee.baseline if knee.current is None else knee.current
+        self.x: FloatArray = np.array(start, dtype=np.float64)
+        self.baseline: Solved | None = None
+        self.current: Solved | None = None
+        self.surrogate: Any = None
+        self.predicted: FloatArray | None = None
+        self.result: Any = None
+        self.worst: tuple[Solved | None, Solved | None] = (None, None)
+
+    @property
+    def strain_free(self) -> bool:
+        """Whether every knee is without load in the same pose."""
+        return bool(self.bounds.rest_length == "recomputed")
+
+    @property
+    def result_is_stale(self) -> bool:
+        """Whether the result belongs to other bounds than those set now."""
+        if self.result is None:
+            return False
+        old = self.result.space
+        same = (
+            np.array_equal(old.lower, self.space.lower)
+            and np.array_equal(old.upper, self.space.upper)
+            and np.array_equal(old.baseline, self.space.baseline)
+        )
+        return not same or self.result.rest_length != self.bounds.rest_length
+
+    def solve(self, x: FloatArray) -> Solved:
+        """Run kneecore for one knee."""
+        response = kneecore.simulate(
+            x, baseline=self.space.baseline, rest_length=self.bounds.rest_length
+        )
+        sweep = sweep_of(x, response, strain_free=self.strain_free)
+        return Solved(x=np.array(x), response=response, sweep=sweep)
+
+    def update(self, x: FloatArray) -> Solved:
+        """Make `x` the visitor's knee, for the true model and the surrogate; return the answer.
+
+        A knee whose model fails leaves the last good answer in `current`.
+        """
+        self.x = np.array(x, dtype=np.float64)
+        solved = self.solve(self.x)
+        if solved.sweep is not None:
+            self.current = solved
+        self.predicted = None if self.surrogate is None else self.surrogate.predict(self.x)
+        return solved
+
+    def preview(self, x: FloatArray) -> None:
+        """Show a knee on the way to `self.x` without keeping it."""
+        solved = self.solve(x)
+        if solved.sweep is not None:
+            self.current = solved
+        self.predicted = None if self.surrogate is None else self.surrogate.predict(x)
+
+    def set_bounds(self, bounds: Bounds) -> None:
+        """Take other bounds; the visitor's knee is drawn into them.
+
+        Raises
+        ------
+        ParameterError
+            If no knee fits the bounds; nothing has changed then.
+        """
+        space = bounds.space(self.knee)
+        self.bounds, self.space = bounds, space
+        self.x = np.clip(self.x, space.lower, space.upper)
+        self.surrogate = self.predicted = None
+
+    def set_knee(self, knee: Knee) -> None:
+        """Take another baseline with its own half-ranges, and its current values if it has any."""
+        self.__init__(knee)  # type: ignore[misc]
+
+    def solve_baseline(self) -> None:
+        """Run kneecore for the baseline knee."""
+        self.baseline = self.solve(self.space.baseline)
+
+    def fit(self) -> None:
+        """Fit the surrogate of the present bounds; raises `KneecoreError` if it cannot be."""
+        n_samples = max(TRAINING_SAMPLES, self.space.n_free + 2)
+        self.surrogate = kneecore.fit_surrogate(
+            self.space,
+            n_samples=n_samples,
+            seed=0,
+            rest_length=self.bounds.rest_length,
+            threads=1,
+        )
+        self.predicted = self.surrogate.predict(self.x)
+
+    def take_result(self, result: Any) -> None:
+        """Keep a search's result and prepare its two knees for display."""
+        strain_free = result.rest_length == "recomputed"
+        worst = []
+        for x, response in zip(result.x, (result.model_1, result.model_2), strict=True):
+            sweep = sweep_of(x, response, strain_free=strain_free)
+            worst.append(Solved(x=np.array(x), response=response, sweep=sweep))
+        self.result, self.worst = result, (worst[0], worst[1])
+
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """Return a knee's motion in time."""
+        return kneecore.trajectory(
+            x, baseline=self.space.baseline, rest_length=self.bounds.rest_length
+        )
+
+    def slider_range(self, index: int) -> tuple[float, float]:
+        """Return a slider's ends in the parameter's unit; they hold the present value too."""
+        value, scale = float(self.x[index]), float(SCALE[index])
+        low, high = float(self.space.lower[index]), float(self.space.upper[index])
+        if high - low < 1e-12 * scale:
+            pad = 1e-3 * max(abs(value), scale)
+            low, high = low - pad, high + pad
+        return min(low, value) / scale, max(high, value) / scale
+
+    def knee_text(self) -> str:
+        """Return the baseline, its half-ranges and the visitor's knee as a knee file."""
+        half = 0.5 * (self.space.upper - self.space.lower)
+        half = np.where(self.space.free, half, self.knee.half_ranges)
+        return kneecore.dump_knee(
+            baseline=self.space.baseline,
+            half_ranges=half,
+            sources=self.knee.sources,
+            current=self.x,
+            title=self.knee.title,
+            note=self.knee.note,
+        )
+
+
+PRESETS: dict[str, dict[str, float]] = {
+    "ACL 1 bound further forward": {"acl_femur_x": 1.0},
+    "ACL 1 bound lower on the femur": {"acl_femur_y": -1.0},
+    "Steeper plateau": {"plateau_slope": 1.0},
+    "Flatter plateau": {"plateau_slope": -1.0},
+    "Larger condyle": {"condyle_radius": 1.0},
+    "Everything soft": {name: -1.0 for name in NAMES if name.endswith(("stiffness", "modulus"))},
+    "Everything stiff": {name: 1.0 for name in NAMES if name.endswith(("stiffness", "modulus"))},
+}
+"""Telling knees, as shares of the half-range away from the baseline."""
+
+
+def preset_knee(name: str, space: ParameterSpace) -> FloatArray:
+    """Return a preset's parameters within a space."""
+    x = np.array(space.baseline)
+    for parameter, share in PRESETS[name].items():
+        i = NAMES.index(parameter)
+        edge = space.upper[i] if share > 0.0 else space.lower[i]
+        x[i] += abs(share) * (edge - x[i])
+    return x
+
+
+def random_knee(space: ParameterSpace, rng: np.random.Generator) -> FloatArray:
+    """Return a knee drawn uniformly from a space."""
+    return space.from_unit(rng.random(len(NAMES)))
+
+
+def with_bound(bounds: Bounds, name: str, value: Any) -> Bounds:
+    """Return `bounds` with one of its fields replaced."""
+    return replace(bounds, **{name: value})

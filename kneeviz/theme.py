@@ -1,0 +1,113 @@
+"""Colours and small text helpers: one colour has one meaning in scene, curves and tables.
+
+The hues are Okabe and Ito's, which people with the common colour-vision deficiencies can tell
+apart; only greys and near-blacks change between the light and the dark theme.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+RGB = tuple[int, int, int]
+
+MODEL_1 = "#0072B2"
+"""The worst case that over-extends."""
+MODEL_2 = "#D55E00"
+"""The worst case that cannot extend."""
+SURROGATE = "#CC79A7"
+LIGAMENT_COLOURS = ("#009E73", "#8E3BA8", "#C79A00", "#C2185B")
+"""ACL, PCL, MCL, LCL when taut."""
+LIGAMENT_LABELS = ("ACL", "PCL", "MCL", "LCL")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Palette:
+    """The colours that depend on the theme."""
+
+    current: str
+    """The visitor's knee, in curves and tables."""
+    baseline: str
+    training: str
+    surrogate: str
+    model_1: str
+    model_2: str
+    zero: str
+    """The line of zero flexion."""
+    beyond: str
+    """The shade over over-extension."""
+    text: str
+    faint: str
+    rule: str
+    bone: RGB
+    rim: RGB
+    fibula: RGB
+    slack: RGB
+    mechanism: RGB
+    arrow: RGB
+    contact: RGB
+
+
+LIGHT = Palette(
+    current="#222222",
+    baseline="#999999",
+    training="rgba(120,120,120,0.20)",
+    surrogate="#B0528A",
+    model_1=MODEL_1,
+    model_2=MODEL_2,
+    zero="rgba(60,60,60,0.55)",
+    beyond="rgba(200,120,60,0.10)",
+    text="#222222",
+    faint="#6b6b6b",
+    rule="#e3e3e3",
+    bone=(255, 228, 174),
+    rim=(178, 146, 98),
+    fibula=(255, 240, 212),
+    slack=(178, 178, 178),
+    mechanism=(110, 96, 74),
+    arrow=(60, 60, 60),
+    contact=(255, 176, 0),
+)
+DARK = Palette(
+    current="#f2f2f2",
+    baseline="#8f8f8f",
+    training="rgba(190,190,190,0.18)",
+    surrogate="#E29BC4",
+    model_1="#4AA8E0",
+    model_2="#F0813A",
+    zero="rgba(220,220,220,0.55)",
+    beyond="rgba(240,150,90,0.12)",
+    text="#eaeaea",
+    faint="#a5a5a5",
+    rule="#3a3a3a",
+    bone=(206, 194, 166),
+    rim=(120, 104, 78),
+    fibula=(150, 142, 124),
+    slack=(122, 122, 122),
+    mechanism=(70, 60, 44),
+    arrow=(250, 250, 250),
+    contact=(255, 190, 40),
+)
+
+
+def palette(dark: bool) -> Palette:
+    """Return the colours of the light or the dark theme."""
+    return DARK if dark else LIGHT
+
+
+def rgb(hex_colour: str) -> RGB:
+    """Return ``#rrggbb`` as three integers."""
+    value = int(hex_colour.lstrip("#"), 16)
+    return value >> 16, value >> 8 & 255, value & 255
+
+
+def mix(a: RGB, b: RGB, share: float) -> RGB:
+    """Return the colour that lies `share` of the way from `a` to `b`."""
+    part = min(max(share, 0.0), 1.0)
+    red, green, blue = (round(p + part * (q - p)) for p, q in zip(a, b, strict=True))
+    return red, green, blue
+
+
+def wire_colour(colour: RGB) -> NDArray[np.uint8]:
+    """Return a colour in the form that line handles take after their creation."""
+    return np.array(colour, dtype=np.uint8)

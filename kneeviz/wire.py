@@ -1,0 +1,203 @@
+"""The only module that touches viser's private parts (1.1.1, pinned): what its API cannot do yet.
+
+viser checks nothing that comes from a browser: any attribute of any widget can be set, values may
+have any type, range or size, and disabled buttons can be clicked. So every message passes here
+before viser handles it. The flat view's camera lock and the repair of a browser that disagrees
+with the server have no public call either.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import viser
+from viser import _messages as messages
+from viser import _gui_handles as handles
+
+
+MAX_UPLOAD = 5_000_000
+"""Bytes; a result is a few hundred thousand, a knee ten thousand."""
+_MAX_PARTS = 64
+
+Reject = Callable[[int, Any, str], None]
+"""Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
+
+_FLAT_CAMERA = """
+  c.minAzimuthAngle = c.maxAzimuthAngle = Math.PI;
+  c.minPolarAngle = c.maxPolarAngle = Math.PI / 2;
+  c.mouseButtons.left = 2; c.mouseButtons.right = 2; c.touches.one = 64;
+"""
+_FREE_CAMERA = """
+  c.minAzimuthAngle = -Infinity; c.maxAzimuthAngle = Infinity;
+  c.minPolarAngle = 0; c.maxPolarAngle = Math.PI;
+  c.mouseButtons.left = 1; c.mouseButtons.right = 2; c.touches.one = 32;
+"""
+_WHEN_READY = """(() => {{
+  window.__kneevizCamera = {token};
+  const apply = () => {{
+    const c = window.__viserMutable && window.__viserMutable.cameraControl;
+    if (window.__kneevizCamera !== {token}) return;
+    if (!c) {{ setTimeout(apply, 50); return; }}
+    {body}
+  }};
+  apply();
+}})();"""
+
+
+def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
+    """Let the mouse only pan and zoom in this client (locked), or orbit as well (free)."""
+    body = _FLAT_CAMERA if locked else _FREE_CAMERA
+    source = _WHEN_READY.format(token=1 if locked else 2, body=body)
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
+
+
+def force_value(gui: Any, handle: Any) -> None:
+    """Send a widget's value even if the server believes that the browser has it."""
+    gui._websock_interface.queue_message(
+        messages.GuiUpdateMessage(handle._impl.uuid, {"value": handle.value})
+    )
+
+
+def widget_id(handle: Any) -> str:
+    """Return the id under which the browser knows a widget."""
+    return str(handle._impl.uuid)
+
+
+def refuse_tunnel(server: viser.ViserServer) -> None:
+    """Drop requests for a public address, which a client could make without any button."""
+    interface = server._websock_server
+    if messages.ShareUrlRequest in interface._incoming_handlers:
+        interface.unregister_handler(messages.ShareUrlRequest)
+
+
+def guard(gui: Any, reject: Reject) -> None:
+    """Put checks in front of all that a `gui` (the server's or a client's) takes from the wire."""
+    _guard_values(gui, reject)
+    _guard_uploads(gui, reject)
+
+
+def _guard_values(gui: Any, reject: Reject) -> None:
+    take = gui._handle_gui_updates
+    gui._websock_interface.unregister_handler(messages.GuiUpdateMessage, take)
+
+    async def checked(client_id: int, message: Any) -> None:
+        handle = gui._gui_input_handle_from_uuid.get(message.uuid)
+        if handle is None:
+            return
+        fault = update_fault(handle, message.updates)
+        if fault is not None:
+            reject(client_id, handle, fault)
+            return
+        await take(client_id, message)
+
+    gui._websock_interface.register_handler(messages.GuiUpdateMessage, checked)
+
+
+def _guard_uploads(gui: Any, reject: Reject) -> None:
+    begin, go_on = gui._handle_file_transfer_start, gui._handle_file_transfer_part
+    interface = gui._websock_interface
+    interface.unregister_handler(messages.FileTransferStartUpload, begin)
+    interface.unregister_handler(messages.FileTransferPart, go_on)
+
+    def checked_start(client_id: int, message: Any) -> None:
+        handle = gui._gui_input_handle_from_uuid.get(message.source_component_uuid)
+        if not isinstance(handle, handles.GuiUploadButtonHandle):
+            return
+        fault = upload_fault(message.size_bytes, message.part_count)
+        if handle.disabled:
+            fault = "that button cannot be used now"
+        if fault is not None:
+            _acknowledge(gui, client_id, message)
+            reject(client_id, handle, fault)
+            return
+        begin(client_id, message)
+
+    def checked_part(client_id: int, message: Any) -> None:
+        state = gui._current_file_upload_states.get(message.transfer_uuid)
+        if state is None or state["client_id"] != client_id:
+            return
+        if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
+            gui._current_file_upload_states.pop(message.transfer_uuid, None)
+            reject(client_id, None, "the upload is larger than it said")
+            return
+        go_on(client_id, message)
+
+    interface.register_handler(messages.FileTransferStartUpload, checked_start)
+    interface.register_handler(messages.FileTransferPart, checked_part)
+
+
+def _acknowledge(gui: Any, client_id: int, message: Any) -> None:
+    """Tell the browser that a refused upload is over, or its progress notice stays for ever."""
+    gui._websock_interface.queue_message(
+        messages.FileTransferPartAck(
+            source_component_uuid=message.source_component_uuid,
+            transfer_uuid=message.transfer_uuid,
+            transferred_bytes=message.size_bytes,
+            total_bytes=message.size_bytes,
+        )
+    )
+
+
+def upload_fault(size_bytes: Any, part_count: Any) -> str | None:
+    """Return what is wrong with an announced upload, or None."""
+    if not isinstance(size_bytes, int) or not isinstance(part_count, int):
+        return "the upload is malformed"
+    if size_bytes > MAX_UPLOAD:
+        return f"the file has {size_bytes:,} bytes; at most {MAX_UPLOAD:,} are allowed"
+    if size_bytes < 0 or not 0 <= part_count <= _MAX_PARTS:
+        return "the upload is malformed"
+    return None
+
+
+def update_fault(handle: Any, updates: Any) -> str | None:
+    """Return what is wrong with a widget's update from the wire, or None.
+
+    Parameters
+    ----------
+    handle : GuiInputHandle
+        The widget.
+    updates : Any
+        What the browser wants to set; only ``{"value": ...}`` of the right kind passes.
+    """
+    if not isinstance(updates, dict) or set(updates) != {"value"}:
+        return "only its value can be changed"
+    if handle.disabled:
+        return "it cannot be used now"
+    value = updates["value"]
+    if isinstance(handle, handles.GuiSliderHandle | handles.GuiNumberHandle):
+        return number_fault(value, handle.min, handle.max)
+    if isinstance(handle, handles.GuiButtonGroupHandle | handles.GuiDropdownHandle):
+        return None if value in handle.options else "that is not one of its choices"
+    if isinstance(handle, handles.GuiCheckboxHandle | handles.GuiButtonHandle):
+        return None if isinstance(value, bool) else "it is either on or off"
+    return "it takes no value"
+
+
+def number_fault(value: Any, low: float | None, high: float | None) -> str | None:
+    """Return what is wrong with a number from the wire, or None.
+
+    The bounds forgive the rounding of a number that was shown with few digits.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return "a finite number is needed"
+    slack = 1e-6 * max(abs(low or 0.0), abs(high or 0.0), 1.0)
+    if (low is not None and value < low - slack) or (high is not None and value > high + slack):
+        return f"{value:g} is outside {_edge(low)} to {_edge(high)}"
+    return None
+
+
+def _edge(value: float | None) -> str:
+    return "any" if value is None else f"{value:g}"
+
+
+__all__ = [
+    "MAX_UPLOAD",
+    "force_value",
+    "guard",
+    "number_fault",
+    "refuse_tunnel",
+    "set_camera_lock",
+    "update_fault",
+    "upload_fault",
+    "widget_id",
+]
