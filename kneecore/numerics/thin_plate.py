@@ -37,12 +37,12 @@ def _log_polynomial(f):  # type: ignore[no-untyped-def]
     return f + f * f * p
 
 
-LANES = 64
+LANES = 96
 """Points in a block: short enough for the cache, long enough that the loops cost little."""
 
 
 @inline
-def _load(points, first, begin, d, x):  # type: ignore[no-untyped-def]
+def load(points, first, begin, d, x):  # type: ignore[no-untyped-def]
     """Load `d` columns from `begin` of rows `first` on into the lanes of `x` (d padded, LANES)."""
     for j in range(LANES):
         row = min(first + j, points.shape[0] - 1)
@@ -57,7 +57,7 @@ def _four_squares(x0, x1, x2, x3, c0, c1, c2, c3):  # type: ignore[no-untyped-de
 
 
 @inline
-def _squared_distances(x, centres, q):  # type: ignore[no-untyped-def]
+def squared_distances(x, centres, q):  # type: ignore[no-untyped-def]
     """Fill `q` (n, LANES) with the squared distances of `x` (d, LANES) from `centres` (n, d)."""
     for i in range(0, q.shape[0], 2):
         for j in range(LANES):
@@ -90,7 +90,7 @@ def _log(q, parts, log_q):  # type: ignore[no-untyped-def]
 
 
 @inline
-def _add_product(matrix, v, y):  # type: ignore[no-untyped-def]
+def add_product(matrix, v, y):  # type: ignore[no-untyped-def]
     """Add `matrix` (m, n) times `v` (n, LANES) to `y` (m, LANES)."""
     for r in range(0, y.shape[0], 2):
         for i in range(0, v.shape[0], 4):
@@ -124,68 +124,19 @@ def evaluate(
     q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
     flat_q, flat_log = q.reshape(n * LANES), log_q.reshape(n * LANES)
     for first in range(0, points.shape[0], LANES):
-        _load(points, first, 0, points.shape[1], x)
-        _squared_distances(x, centres, q)
+        load(points, first, 0, points.shape[1], x)
+        squared_distances(x, centres, q)
         _log(flat_q, parts, flat_log)
         for i in range(n * LANES):
             flat_q[i] *= flat_log[i]
         for row in range(y.shape[0]):
             for j in range(LANES):
                 y[row, j] = constant[row]
-        _add_product(weights, q, y)
-        _add_product(tail, x, y)
+        add_product(weights, q, y)
+        add_product(tail, x, y)
         for j in range(min(LANES, points.shape[0] - first)):
             for row in range(values.shape[1]):
                 values[first + j, row] = y[row, j]
-
-
-@kernel
-def evaluate_differences(
-    pairs: FloatArray,
-    centres: FloatArray,
-    weights: FloatArray,
-    tail: FloatArray,
-    wanted: FloatArray,
-    totals: FloatArray,
-) -> None:
-    """Fill `totals` with sum_j wanted_j |y_j(x_1) - y_j(x_2)| for `pairs` (n_pairs, 2 d).
-
-    Only the difference is needed, so the spline is contracted once a pair and the constants drop
-    out. The other arrays are those of `evaluate`.
-    """
-    n, d = centres.shape[0], pairs.shape[1] // 2
-    x1, x2 = np.zeros((centres.shape[1], LANES)), np.zeros((centres.shape[1], LANES))
-    y, total = np.empty((weights.shape[0], LANES)), np.empty(LANES)
-    q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
-    phi = np.empty((n, LANES))
-    flat_q, flat_log = q.reshape(n * LANES), log_q.reshape(n * LANES)
-    flat_phi = phi.reshape(n * LANES)
-    for first in range(0, pairs.shape[0], LANES):
-        _load(pairs, first, 0, d, x1)
-        _load(pairs, first, d, d, x2)
-        _squared_distances(x1, centres, q)
-        _log(flat_q, parts, flat_log)
-        for i in range(n * LANES):
-            flat_phi[i] = flat_q[i] * flat_log[i]
-        _squared_distances(x2, centres, q)
-        _log(flat_q, parts, flat_log)
-        for i in range(n * LANES):
-            flat_phi[i] -= flat_q[i] * flat_log[i]
-        for k in range(x1.shape[0]):
-            for j in range(LANES):
-                x1[k, j] -= x2[k, j]
-        for row in range(y.shape[0]):
-            for j in range(LANES):
-                y[row, j] = 0.0
-        _add_product(weights, phi, y)
-        _add_product(tail, x1, y)
-        for j in range(LANES):
-            total[j] = 0.0
-        for row in range(y.shape[0]):
-            for j in range(LANES):
-                total[j] += wanted[row] * abs(y[row, j])
-        for j in range(min(LANES, pairs.shape[0] - first)):
-            totals[first + j] = total[j]
 
 
 @kernel
@@ -204,8 +155,8 @@ def gradient(
     x = np.zeros((centres.shape[1], LANES))
     q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
     for first in range(0, points.shape[0], LANES):
-        _load(points, first, 0, points.shape[1], x)
-        _squared_distances(x, centres, q)
+        load(points, first, 0, points.shape[1], x)
+        squared_distances(x, centres, q)
         _log(q.reshape(n * LANES), parts, log_q.reshape(n * LANES))
         for j in range(min(LANES, points.shape[0] - first)):
             for row in range(slopes.shape[1]):

@@ -256,22 +256,25 @@ def find_pair(
         objective = ModelPair(model, wanted)
     start = time.perf_counter()
     results = _run_all(objective, n_dimensions, settings, callback)
+    values = [r.value for r in results]
+    if isinstance(objective, SurrogatePair):
+        values = [objective.exact(r.x) for r in results]
     searched = time.perf_counter()
-    best_run = int(np.argmax([r.value for r in results]))
+    best_run = int(np.argmax(values))
     best = results[best_run]
     u = best.x.reshape(2, n_dimensions)
     if callback is not None:
-        callback(Progress(stage="verify", done=0, total=2, best=best.value, run=best_run))
+        callback(Progress(stage="verify", done=0, total=2, best=values[best_run], run=best_run))
     y = _outputs(model, u)
     f = float((np.abs(y[0] - y[1]) * wanted).sum())
     return PairOutcome(
         u=u,
         y=y,
         y_surrogate=training.surrogate(u) if training else None,
-        objective_surrogate=best.value if training else None,
+        objective_surrogate=values[best_run] if training else None,
         objective_model=f if np.isfinite(f) else None,
         training=training,
-        run_values=tuple(r.value for r in results),
+        run_values=tuple(values),
         best_run=best_run,
         history=best.history,
         n_evaluations=sum(r.n_evaluations for r in results),
