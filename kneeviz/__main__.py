@@ -116,13 +116,18 @@ def start(options: Options) -> "App":
         result = SearchResult.load(options.result)
     from kneeviz.app import App
 
-    return App(
+    app = App(
         host=options.host,
         port=port,
         knee=knee,
         result=result,
         shared=not options.per_visitor,
     )
+    # Somebody else may have taken the port meanwhile; the server then moved on by itself.
+    if options.port not in (None, 0, app.server.get_port()):
+        app.stop()
+        raise ParameterError(f"`port` {port} is in use; another one is needed")
+    return app
 
 
 def _serve(app: "App", *, browser: bool) -> None:

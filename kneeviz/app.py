@@ -12,7 +12,8 @@ import kneecore
 from kneecore import Knee, KneecoreError
 from kneecore.search.result import SearchResult
 from kneecore.search.warm_up import warm_up
-from kneeviz import deeds, scene, wire
+from kneeviz import scene, wire
+from kneeviz.do_result import take_result
 from kneeviz.session import Session
 
 _LOG = logging.getLogger(__name__)
@@ -140,7 +141,7 @@ class App:
     def _new_session(self, target: Any, clients: Callable[[], dict[int, Any]]) -> Session:
         session = Session(target, self._knee, clients)
         if self._result is not None:
-            deeds.take_result(session, self._result)
+            take_result(session, self._result)
         session.start()
         self.warm_up.tell(session)
         return session

@@ -66,7 +66,7 @@ def add_transport(gui: Any, post: Post) -> Transport:
         step=0.1,
         initial_value=0.0,
         marks=((0.0, "straight"), (100.0, "bent")),
-        hint="Through the loads: from +5 N·m (extension) to −5 N·m (flexion). In time: 0 to 23 s.",
+        hint="Through the loads: from +5 N·m (extension) to -5 N·m (flexion). In time: 0 to 23 s.",
     )
     view = gui.add_button_group("View", ("2D", "3D", "Reset"))
     status = gui.add_html(markup.status("Preparing the model …", kind="busy"))
@@ -177,8 +177,7 @@ class SearchTab:
     def __init__(self, gui: Any, post: Post) -> None:
         self.intro = gui.add_html(
             markup.box(
-                "Which two knees within the bounds move most differently? "
-                "Evolution looks for them."
+                "Which two knees within the bounds move most differently? Evolution looks for them."
             )
         )
         self.surrogate = gui.add_button(
@@ -196,9 +195,7 @@ class SearchTab:
         self.cancel = gui.add_button("Cancel the search", color="red", visible=False)
         self.found = gui.add_html("")
         self.overlay = gui.add_checkbox("Show both", True, visible=False)
-        self.adopt = gui.add_button_group(
-            "Make mine", ("Model 1", "Model 2"), visible=False
-        )
+        self.adopt = gui.add_button_group("Make mine", ("Model 1", "Model 2"), visible=False)
         self.table = gui.add_html("")
         with gui.add_folder("Settings", expand_by_default=False):
             self.pop_size = gui.add_number(
@@ -275,7 +272,7 @@ class FilesTab:
         self.result = {
             "result.json": gui.add_button("Result (result.json)", disabled=True),
             "curves.csv": gui.add_button("Curves (curves.csv)", disabled=True),
-            "figures.zip": gui.add_button("Figures (PNG and SVG)", disabled=True),
+            "result.zip": gui.add_button("All of it, with figures (.zip)", disabled=True),
         }
         gui.add_html(markup.box("<b>Your knee</b>: baseline, bounds and current values"))
         self.knee = gui.add_button("Knee (knee.toml)")

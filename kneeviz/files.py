@@ -38,25 +38,24 @@ def _looks_like_toml(text: str) -> bool:
     return first.startswith("[") and first.endswith("]") and not first.startswith(("[{", '["'))
 
 
-def figures_archive(result: SearchResult) -> bytes:
-    """Return all figures of a result, PNG and SVG, as a ZIP archive."""
+def everything(result: SearchResult) -> bytes:
+    """Return all files of a result, figures and (where needed) its knee included, as a ZIP."""
     packed = io.BytesIO()
     with (
         tempfile.TemporaryDirectory() as folder,
         zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive,
     ):
-        for path in result.save(folder, force=True, figures=True):
-            if Path(path).suffix in (".png", ".svg"):
-                archive.write(path, Path(path).name)
+        for path in result.save(folder, force=True):
+            archive.write(path, Path(path).name)
     return packed.getvalue()
 
 
 def result_files(result: SearchResult, name: str) -> bytes:
-    """Return the content of a download of a result: `result.json`, `curves.csv`, `figures.zip`."""
+    """Return the content of a download of a result: `result.json`, `curves.csv` or `result.zip`."""
     makers: dict[str, Any] = {
         "result.json": lambda: result.to_json().encode(),
         "curves.csv": lambda: result.curves_csv().encode(),
-        "figures.zip": lambda: figures_archive(result),
+        "result.zip": lambda: everything(result),
     }
     content: bytes = makers[name]()
     return content

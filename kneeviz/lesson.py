@@ -117,12 +117,12 @@ ABOUT = """
 moves under a moment, four ligaments pull when they are stretched, and the round condyle presses on
 the straight plateau. For each of twelve moments the model is simulated until it comes to rest.<br>
 <b>What it is for.</b> Its 28 parameters are uncertain. The search finds the two knees within the
-bounds that move most differently, either in a fast stand-in or in the model itself. The stand-in’s
-answer is always shown with the true model’s.<br>
+bounds that move most differently, either in a fast stand-in or in the model itself. The stand-in's
+answer is always shown with the true model's.<br>
 <b>The baseline is a reconstruction.</b> The parameter table of Ciszkiewicz &amp; Dumas (2024,
 doi 10.3389/fmech.2024.1392616) is in a supplement that is not available. The values here start from
-attachment points of the literature and were fitted so that the model behaves as the paper’s text
-says. What was fitted is no evidence for the paper’s claims.<br>
+attachment points of the literature and were fitted so that the model behaves as the paper's text
+says. What was fitted is no evidence for the paper's claims.<br>
 <b>Limits.</b> Two dimensions; no muscles, kneecap, gravity or friction; one circle and one line for
 the joint surfaces; ligaments as single lines. Bones, and all depth in the 3D view, are drawn for
 orientation only and nothing is computed from them. Between the twelve loads the pose is

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import LIGAMENTS, MOMENT, NAMES, parameter_table
+from kneecore import LIGAMENTS, NAMES, parameter_table
 from kneecore.parameters import display_values
 from kneeviz import theme
 from kneeviz.mechanism import TAUT_TENSION, Pose
@@ -18,7 +18,7 @@ from kneeviz.mechanism import TAUT_TENSION, Pose
 FloatArray = NDArray[np.float64]
 
 _BOX = "font-size:12.5px;line-height:1.45;padding:2px 14px 4px 14px"
-_MOMENTS = tuple(float(m) for m in MOMENT)
+_F = '<span title="The angles between the two models, summed over the loads that count">f</span>'
 
 
 def box(content: str, *, style: str = "") -> str:
@@ -39,11 +39,12 @@ def escape(text: str) -> str:
 def number(value: float, digits: int, unit: str = "") -> str:
     """Return a number with a true minus sign and its unit; a dash for what is not known."""
     if not np.isfinite(value):
-        return "–"
+        return "\u2013"
     text = f"{value:.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("-")
-    return text.replace("-", "−") + (f" {unit}" if unit else "")
+    gap = "" if unit in ("", "°") else " "
+    return text.replace("-", "\u2212") + gap + unit
 
 
 def angle_words(flexion_deg: float) -> str:
@@ -78,10 +79,10 @@ def readout(pose: Pose, colours: theme.Palette) -> str:
 
 def _tension_bar(index: int, tension: float, colours: theme.Palette) -> str:
     hue = theme.LIGAMENT_COLOURS[index] if tension >= TAUT_TENSION else colours.baseline
-    width = 100.0 * min(tension / 300.0, 1.0)
+    label, width = theme.LIGAMENT_LABELS[index], 100.0 * min(tension / 300.0, 1.0)
     return (
         f'<div style="display:flex;align-items:center;gap:6px">'
-        f'<span style="width:27px;font-weight:600;color:{hue}">{theme.LIGAMENT_LABELS[index]}</span>'
+        f'<span style="width:27px;font-weight:600;color:{hue}">{label}</span>'
         f'<span style="flex:1;height:6px;border-radius:3px;background:{colours.rule}">'
         f'<span style="display:block;height:6px;border-radius:3px;width:{width:.0f}%;'
         f'background:{hue}"></span></span>'
@@ -120,9 +121,8 @@ def error_line(error: tuple[float, float] | None, loo_rms_deg: float | None) -> 
         return box(faint("The surrogate is not ready."))
     rms, largest = error
     return box(
-        f"Surrogate’s error now: <b>{number(rms, 1)}°</b> rms, {number(largest, 1)}° at worst. "
-        + faint(f"Expected from its 50 training knees: {number(loo_rms_deg, 1)}°.".replace(
-            "50 training", "training"))
+        f"Surrogate's error now: <b>{number(rms, 1)}°</b> rms, {number(largest, 1)}° at worst. "
+        + faint(f"Expected from its training knees: {number(loo_rms_deg, 1)}°.")
     )
 
 
@@ -133,23 +133,9 @@ def status(text: str, *, kind: str = "calm") -> str:
         f'<span style="display:inline-block;width:8px;height:8px;border-radius:50%;'
         f'background:{colour};margin-right:7px"></span>'
     )
-    return box(dot + text, style="padding-top:0;min-height:20px")
-
-
-def summary_sentence(first_deg: float, second_deg: float) -> str:
-    """Return in one sentence what tells two models apart at 5 N m of extension (deg)."""
-
-    def words(angle: float) -> str:
-        if angle < -0.5:
-            return f"over-extends to {number(angle, 1)}°"
-        if angle < 0.5:
-            return "comes just straight"
-        return f"stops {number(angle, 1)}° short of straight"
-
-    return (
-        f"Under the same 5 N·m of extension, model 1 {words(first_deg)} "
-        f"and model 2 {words(second_deg)}."
-    )
+    line = "white-space:nowrap;overflow:hidden;text-overflow:ellipsis;padding-top:0"
+    plain = text.replace('"', "&quot;")
+    return f'<div title="{plain}">{box(dot + text, style=line)}</div>'
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -182,11 +168,13 @@ def differences(result: Any, colours: theme.Palette) -> str:
     """Return the table of what differs between the two worst cases."""
     one, two = result.model_1, result.model_2
     head = ("", _coloured("model 1", colours.model_1), _coloured("model 2", colours.model_2))
+    straight = [float(np.degrees(r.flexion[5])) for r in (one, two)]
+    bent = [float(np.degrees(r.flexion[11])) for r in (one, two)]
     rows = [
-        ("Angle at +5 N·m", *(number(np.degrees(r.flexion[5]), 1, "°") for r in (one, two))),
-        ("Over-extension", *(number(max(-np.degrees(r.flexion[5]), 0.0), 1, "°") for r in (one, two))),
-        ("Extension deficit", *(number(max(np.degrees(r.flexion[5]), 0.0), 1, "°") for r in (one, two))),
-        ("Angle at −5 N·m", *(number(np.degrees(r.flexion[11]), 1, "°") for r in (one, two))),
+        ("Angle at +5 N·m", *(number(a, 1, "°") for a in straight)),
+        ("Over-extension", *(number(max(-a, 0.0), 1, "°") for a in straight)),
+        ("Extension deficit", *(number(max(a, 0.0), 1, "°") for a in straight)),
+        ("Angle at \u22125 N·m", *(number(a, 1, "°") for a in bent)),
     ]
     for i, name in enumerate(LIGAMENTS):
         rows.append(
@@ -204,10 +192,10 @@ def objective_line(result: Any) -> str:
     model = result.objective_model
     true = "not known (the model failed there)" if model is None else number(model, 0, "°")
     if result.objective_surrogate is None:
-        return f"f = <b>{true}</b> over the 12 loads, searched in the true model."
+        return f"{_F} = <b>{true}</b>, searched in the true model."
     gap = "" if result.gap_percent is None else f" (gap {number(result.gap_percent, 1)} %)"
     return (
-        f"f over the 12 loads: surrogate {number(result.objective_surrogate, 0, '°')}, "
+        f"{_F}: surrogate {number(result.objective_surrogate, 0, '°')}, "
         f"true model <b>{true}</b>{gap}."
     )
 
@@ -239,17 +227,19 @@ def comparison(
     rows = []
     for i, row in enumerate(parameter_table()):
         dots = "".join(_strip_dot(colour, float(u[i])) for colour, u, _ in units)
+        digits = 3 if row.unit == "-" else precision
         values = " ".join(
-            f'<span style="color:{colour}">{v[i]:.{precision}f}</span>' for colour, _, v in units[1:]
+            f'<span style="color:{hue}">{number(v[i], digits)}</span>' for hue, _, v in units[1:]
         )
         bounds = f"{low[i]:.{precision}f} to {high[i]:.{precision}f}"
         unit = "" if row.unit == "-" else f" {row.unit}"
         rows.append(
             f'<div style="display:flex;align-items:center;gap:6px;height:17px" '
             f'title="{escape(row.meaning)}: {bounds}{unit}">'
-            f'<span style="width:92px;white-space:nowrap;overflow:hidden">{_short(row.name)}</span>'
+            f'<span style="width:122px;white-space:nowrap;overflow:hidden">{_short(row.name)}'
+            f"{faint(unit)}</span>"
             f'<span style="position:relative;flex:1;height:2px;background:rgba(128,128,128,.35)">'
-            f'{dots}</span><span style="width:132px;text-align:right;font-size:10.5px;'
+            f'{dots}</span><span style="width:118px;text-align:right;font-size:10px;'
             f'white-space:nowrap;font-variant-numeric:tabular-nums">{values}</span></div>'
         )
     key = " · ".join(_coloured(label, colour) for label, colour, _ in shown)
@@ -269,8 +259,8 @@ def _strip_dot(colour: str, share: float) -> str:
 def _short(name: str) -> str:
     words = name.split("_")
     lead = words[0].upper() if words[0] in LIGAMENTS else words[0].capitalize()
-    return " ".join([lead, *words[1:]]).replace("Poissons", "Poisson’s").replace(
-        "Youngs", "Young’s"
+    return (
+        " ".join([lead, *words[1:]]).replace("Poissons", "Poisson's").replace("Youngs", "Young's")
     )
 
 

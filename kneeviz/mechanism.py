@@ -76,7 +76,7 @@ def ligament_width(tension: float) -> float:
     """Return a ligament's width in pixels: thin when slack, growing with tension when taut."""
     if tension < TAUT_TENSION:
         return 2.0
-    return 3.5 + 6.0 * min(tension / FULL_TENSION, 1.5) ** 0.5
+    return float(3.5 + 6.0 * min(tension / FULL_TENSION, 1.5) ** 0.5)
 
 
 def ligament_colour(index: int, tension: float, slack: theme.RGB) -> theme.RGB:
@@ -140,7 +140,8 @@ def contact_point(x: FloatArray, pose: Pose) -> FloatArray:
     along, _ = contact_coordinates(x, pose.flexion, pose.tibia_position)
     point, direction, _ = plateau_frame(x)
     local = (point + along * direction)[None]
-    return to_femur(local, pose.flexion, pose.tibia_position)[0]
+    placed: FloatArray = to_femur(local, pose.flexion, pose.tibia_position)[0]
+    return placed
 
 
 def contact_arrow(x: FloatArray, pose: Pose) -> FloatArray:
@@ -154,9 +155,7 @@ def contact_arrow(x: FloatArray, pose: Pose) -> FloatArray:
     return np.stack([head - max(pose.contact_force, 0.0) * ARROW_PER_NEWTON * push, head])
 
 
-def spread_labels(
-    anchors: FloatArray, size: tuple[float, float], rounds: int = 60
-) -> FloatArray:
+def spread_labels(anchors: FloatArray, size: tuple[float, float], rounds: int = 60) -> FloatArray:
     """Return places near `anchors` at which boxes of `size` do not overlap.
 
     Parameters

@@ -87,9 +87,7 @@ def sweep_of(x: FloatArray, response: Response, *, strain_free: bool = True) -> 
         moment, flexion = np.insert(moment, 6, 0.0), np.insert(flexion, 6, THETA_0)
         origin = np.insert(origin, 6, response.load_free_position, axis=0)
         tension, force = np.insert(tension, 6, 0.0, axis=0), np.insert(force, 6, 0.0)
-    contact = np.array(
-        [contact_coordinates(x, t, o) for t, o in zip(flexion, origin, strict=True)]
-    )
+    contact = np.array([contact_coordinates(x, t, o) for t, o in zip(flexion, origin, strict=True)])
     return Sweep(
         x=np.array(x, dtype=np.float64),
         moment=moment,

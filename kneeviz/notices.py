@@ -1,10 +1,9 @@
 """What a visitor is told when something he sent was turned away: once, and only him."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-
-from collections.abc import Callable
 
 from kneeviz import wire
 
@@ -27,7 +26,9 @@ class Notices:
         self._clients, self._gui = clients, gui
         self._waiting: dict[int, _Complaint] = {}
 
-    def complain(self, client_id: int, handle: Any, fault: str, *, now: float | None = None) -> None:
+    def complain(
+        self, client_id: int, handle: Any, fault: str, *, now: float | None = None
+    ) -> None:
         """Note a fault; a later one of the same client takes its place."""
         label = getattr(handle, "label", None)
         text = f"{label}: {fault}" if label else fault

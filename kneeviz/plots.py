@@ -66,7 +66,9 @@ def _dots(colours: theme.Palette) -> list[dict[str, Any]]:
     ]
 
 
-def _axis(label: str, *, side: int, scale: str, size: int, colours: theme.Palette) -> dict[str, Any]:
+def _axis(
+    label: str, *, side: int, scale: str, size: int, colours: theme.Palette
+) -> dict[str, Any]:
     return {
         "label": label,
         "side": side,
@@ -92,7 +94,8 @@ class CurveChart:
         self._colours, self._n_training = colours, 0
         self._range = series.ANGLE_RANGE
         axis = series.moment_axis(series.with_load_free(np.zeros(12), strain_free=True)[0])
-        data = (axis, *(series.nothing(axis) for _ in self._series()[1:]))
+        # Numbers, not NaN: a chart that is born without any never labels its second axis.
+        data = (axis, *(np.zeros(len(axis)) for _ in self._series()[1:]))
         self.handle = gui.add_uplot(
             data=data,
             series=tuple(self._series()),
@@ -210,7 +213,7 @@ class AngleChart:
         self._angles = series.ANGLE_RANGE
         axis = np.linspace(*series.ANGLE_RANGE, _CORNERS)
         self.handle = gui.add_uplot(
-            data=(axis, *(series.nothing(axis) for _ in range(9))),
+            data=(axis, *(np.zeros(len(axis)) for _ in range(9))),
             series=tuple(self._series()),
             scales=self._scales(),
             axes=self._axes(),

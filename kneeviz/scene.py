@@ -14,6 +14,7 @@ from kneeviz import theme
 from kneeviz.geometry import Bone, bones
 from kneeviz.mechanism import (
     LIGAMENT_DEPTH,
+    TAUT_TENSION,
     Pose,
     circle,
     contact_arrow,
@@ -30,13 +31,13 @@ FloatArray = NDArray[np.float64]
 
 FIELD_OF_VIEW = np.deg2rad(10.0)
 """Narrow, so that perspective does not show: there is no orthographic camera."""
-CENTRE = (-0.049, -0.012, 0.0)
-HALF_HEIGHT = 0.156
+CENTRE = (-0.026, -0.008, 0.0)
+HALF_HEIGHT = 0.150
 DISTANCE = HALF_HEIGHT / np.tan(0.5 * FIELD_OF_VIEW)
 _FLAT = 0.002  # share of the bones' depth that the flat view keeps
 _LAYER = 4e-4  # m between the flat view's layers
 _LABEL_BOX = (0.034, 0.0125)  # m, a label's room in the flat view
-_OVERLAY_OPACITY = 0.38
+_OVERLAY_OPACITY = 0.30
 
 
 def camera_position(spatial: bool) -> tuple[float, float, float]:
@@ -128,7 +129,7 @@ class Body:
             mesh.opacity = _opacity(spatial, ghost is not None, share)
             mesh.scale = (1.0, 1.0, 1.0 if spatial else _FLAT)
             rim.colors = theme.wire_colour(ghost or colours.rim)
-            rim.visible = not spatial or ghost is not None
+            rim.visible = not spatial
         line = theme.wire_colour(ghost or colours.mechanism)
         self._plateau.colors = line
         self._circle.colors = line
@@ -153,7 +154,10 @@ class Body:
             if self._ghost is None:
                 colour = ligament_colour(i, float(pose.tension[i]), colours.slack)
                 handle.colors = theme.wire_colour(colour)
-            handle.thickness = width if self._ghost is None else 0.5 * width
+            if self._ghost is not None:  # two more knees: their slack ligaments would only clutter
+                width *= 0.5
+                handle.visible = self.visible and float(pose.tension[i]) >= TAUT_TENSION
+            handle.thickness = width
 
     def place_labels(self, x: FloatArray, pose: Pose, spatial: bool, forces: bool) -> None:
         """Write the ligaments' names, on demand with their tension, beside them."""
@@ -279,5 +283,5 @@ class KneeScene:
         if x is None or pose is None:
             body.set_visible(False)
             return
-        body.draw(x, pose, self._colours, self.spatial)
         body.set_visible(True)
+        body.draw(x, pose, self._colours, self.spatial)

@@ -10,6 +10,8 @@ from typing import Any
 import kneecore
 from kneecore import KneecoreError, ParameterSpace
 from kneecore._threads import available_cores
+from kneecore.search.knee import Objective
+from kneecore.search.pair_search import SearchSpace
 
 _LOG = logging.getLogger(__name__)
 _REPORT_SECONDS = 0.1
@@ -23,8 +25,8 @@ class SearchSettings:
 
     space: ParameterSpace
     rest_length: Any
-    search_space: str
-    objective: str
+    search_space: SearchSpace
+    objective: Objective
     pop_size: int
     n_generations: int
     seed: int
@@ -94,11 +96,11 @@ class SearchJob:
         s = self.settings
         return kneecore.worst_case(
             s.space,
-            search_space=s.search_space,  # type: ignore[arg-type]
+            search_space=s.search_space,
             training_samples=max(50, s.space.n_free + 2),
             pop_size=s.pop_size,
             n_generations=s.n_generations,
-            objective=s.objective,  # type: ignore[arg-type]
+            objective=s.objective,
             seed=s.seed,
             rest_length=s.rest_length,
             # One core stays free for the view.

@@ -40,8 +40,9 @@ def with_load_free(flexion: FloatArray, *, strain_free: bool) -> tuple[FloatArra
 
 def moment_axis(moments: FloatArray, marked: Sequence[float] = ()) -> FloatArray:
     """Return the chart's moments, rising: the loads, its two edges and the marked moments."""
-    edges = [-MOMENT_LIMIT, MOMENT_LIMIT]
-    return np.unique(np.concatenate([moments, edges, np.clip(marked, *edges)]))
+    edges = np.array([-MOMENT_LIMIT, MOMENT_LIMIT])
+    within = np.clip(np.asarray(marked, dtype=np.float64), edges[0], edges[1])
+    return np.unique(np.concatenate([moments, edges, within]))
 
 
 def angles_at(axis: FloatArray, moments: FloatArray, angles: FloatArray) -> FloatArray:
@@ -84,7 +85,9 @@ def value_limit(values: FloatArray, step: float) -> float:
     return float(step * max(np.ceil(top / step), 1.0))
 
 
-def angle_axis(sweeps: Sequence[Sweep | None], marked: Sequence[float], n_points: int) -> FloatArray:
+def angle_axis(
+    sweeps: Sequence[Sweep | None], marked: Sequence[float], n_points: int
+) -> FloatArray:
     """Return the angles (deg), rising, at which all sweeps have their corners.
 
     Parameters

@@ -4,6 +4,7 @@ A session belongs to the server (everybody sees the same knee) or to a single cl
 to the session's mailbox; its worker thread alone touches the state and the handles.
 """
 
+import logging
 import time
 from collections.abc import Callable, Hashable
 from typing import Any
@@ -21,12 +22,13 @@ from kneeviz.notices import Notices
 from kneeviz.playback import FRAME_SECONDS, Playback
 from kneeviz.plots import Markers, Shown
 from kneeviz.search_job import SearchJob
-from kneeviz.state import SCALE, KneeState, Solved
+from kneeviz.state import SCALE, KneeState, Solved, runs_in_time, training_curves
 from kneeviz.view import View
 from kneeviz.worker import Actions, Worker
 
 FloatArray = NDArray[np.float64]
 
+_LOG = logging.getLogger(__name__)
 _MORPH_SECONDS = 0.35
 _FADE_SECONDS = 0.6
 _SLOW_FRAMES = 3  # hidden tabs, numbers and the position slider follow at a third of the rate
@@ -92,7 +94,7 @@ class Session:
     def _step(self, actions: Actions) -> float | None:
         now = time.monotonic()
         for key, value in actions:
-            deeds.perform(self, key, value)
+            self._perform(key, value)
         self._ease(now)
         self.playback.advance(now)
         if self.model_ready:
@@ -105,6 +107,17 @@ class Session:
         elif self._moving():
             due = now + 0.5  # nobody looks
         return due
+
+    def _perform(self, key: Hashable, value: Any) -> None:
+        """Do one thing; if it fails, the rest goes on and whoever asked is told."""
+        try:
+            deeds.perform(self, key, value)
+        except Exception as error:
+            _LOG.exception("%s failed", key)
+            self.say(f"That did not work: {markup.escape(str(error))}", "bad")
+            client_id = deeds.asked_by(value)
+            if client_id is not None:
+                self.notices.tell(client_id, "That did not work", str(error)[:300])
 
     def _moving(self) -> bool:
         return self.model_ready and (
@@ -170,7 +183,7 @@ class Session:
         """Return what a slider shows for the present knee: its value to the slider's digits."""
         handle = self.view.knee.sliders[index]
         value = round(float(self.state.x[index] / SCALE[index]), int(handle.precision))
-        return min(max(value, handle.min), handle.max)
+        return float(min(max(value, handle.min), handle.max))
 
     def mirror_sliders(self) -> None:
         """Let all sliders show the present knee, also in a browser that missed something."""
@@ -263,7 +276,7 @@ class Session:
             ]
         else:
             if self._runs is None:
-                self._runs = deeds.runs_in_time(self.state, knees)
+                self._runs = runs_in_time(self.state, knees)
             direction = 0 if self.playback.mode == "extension" else 1
             poses = [
                 None if r is None else pose_in_time(r, direction, self.playback.share * r.time[-1])
@@ -307,7 +320,7 @@ class Session:
             sweeps=tuple(None if k is None else k.sweep for k in knees),
             flexion=None if current is None else current.response.flexion,
             predicted=self.state.predicted,
-            training=deeds.training_curves(self.state),
+            training=training_curves(self.state),
             strain_free=self.state.strain_free,
         )
 

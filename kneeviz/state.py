@@ -10,7 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kneecore
-from kneecore import NAMES, Knee, ParameterSpace, Response, Trajectory, parameter_table
+from kneecore import (
+    NAMES,
+    Knee,
+    ParameterSpace,
+    Response,
+    Trajectory,
+    packaged_knee,
+    parameter_table,
+)
 from kneecore.space import Case
 from kneeviz.motion import Sweep, sweep_of
 
@@ -38,15 +46,22 @@ class Bounds:
     def space(self, knee: Knee) -> ParameterSpace:
         """Return the space around a knee file's baseline."""
         given = (self.geometry_mm, self.slope_deg, self.material_percent)
+        geometry, slope, material = (
+            default if value is None else value
+            for value, default in zip(given, (1.0, 1.0, 10.0), strict=True)
+        )
+        if knee is packaged_knee():  # then no file is needed to name the space
+            return ParameterSpace(
+                case=self.case,
+                geometry_bound_mm=geometry,
+                slope_bound_deg=slope,
+                material_bound_percent=material,
+            )
         kept = {
             name: float(knee.half_ranges[i])
             for i, name in enumerate(NAMES)
             if given[_bound_of(i)] is None
         }
-        geometry, slope, material = (
-            default if value is None else value
-            for value, default in zip(given, (1.0, 1.0, 10.0), strict=True)
-        )
         return ParameterSpace(
             case=self.case,
             geometry_bound_mm=geometry,
@@ -207,7 +222,8 @@ class KneeState:
 
     def knee_text(self) -> str:
         """Return the baseline, its half-ranges and the visitor's knee as a knee file."""
-        half = 0.5 * (self.space.upper - self.space.lower)
+        # The lower side: Poisson's upper bound may have been clipped.
+        half = self.space.baseline - self.space.lower
         half = np.where(self.space.free, half, self.knee.half_ranges)
         return kneecore.dump_knee(
             baseline=self.space.baseline,
@@ -249,3 +265,30 @@ def random_knee(space: ParameterSpace, rng: np.random.Generator) -> FloatArray:
 def with_bound(bounds: Bounds, name: str, value: Any) -> Bounds:
     """Return `bounds` with one of its fields replaced."""
     return replace(bounds, **{name: value})
+
+
+def runs_in_time(
+    state: KneeState, knees: tuple[Solved | None, ...]
+) -> tuple[Trajectory | None, ...]:
+    """Return the motions in time of the visitor's knee and the two worst cases."""
+    current, *worst = knees
+    runs: list[Trajectory | None] = [None if current is None else state.trajectory(current.x)]
+    for knee in worst:
+        if knee is None or knee.sweep is None:
+            runs.append(None)
+            continue
+        result = state.result
+        runs.append(
+            kneecore.trajectory(
+                knee.x, baseline=result.space.baseline, rest_length=result.rest_length
+            )
+        )
+    return tuple(runs)
+
+
+def training_curves(state: KneeState) -> Any:
+    """Return the surrogate's training curves that did not fail, shape (n, 12), rad, or None."""
+    if state.surrogate is None:
+        return None
+    curves = state.surrogate.training_flexion
+    return curves[np.isfinite(curves).all(axis=1)]

@@ -11,9 +11,8 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
-from viser import _messages as messages
 from viser import _gui_handles as handles
-
+from viser import _messages as messages
 
 MAX_UPLOAD = 5_000_000
 """Bytes; a result is a few hundred thousand, a knee ten thousand."""

@@ -1,0 +1,95 @@
+"""What a session does to search. Runs on its worker."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kneecore.search.pair_search import SearchSpace
+from kneeviz import controls, markup, theme
+from kneeviz.do_knee import choose_preset
+from kneeviz.do_result import take_result
+from kneeviz.search_job import SearchJob, SearchReport, SearchSettings
+
+if TYPE_CHECKING:
+    from kneeviz.session import Session
+
+
+def _search(session: "Session", value: Any, search_space: SearchSpace) -> None:
+    start_search(session, search_space, None if value is None else value[1])
+
+
+def start_search(session: "Session", search_space: SearchSpace, client_id: int | None) -> None:
+    """Start a search, unless one is running."""
+    tab, state = session.view.search, session.state
+    refused = None
+    if session.job is not None:
+        refused = "A search is running already; cancel it first."
+    elif not session.surrogate_ready:
+        refused = "The model is still being prepared; try again in a moment."
+    if refused is not None:
+        if client_id is not None:
+            session.notices.tell(client_id, "Not now", refused)
+        return
+    settings = SearchSettings(
+        space=state.space,
+        rest_length=state.bounds.rest_length,
+        search_space=search_space,
+        objective=tab.objective.value,
+        pop_size=round(tab.pop_size.value),
+        n_generations=round(tab.n_generations.value),
+        seed=round(tab.seed.value),
+    )
+    session.job, session.rising = SearchJob(settings, session.post), []
+    tab.set_running(True)
+    where = "stand-in" if search_space == "surrogate" else "true model"
+    session.say(f"Searching in the {where} …", "busy")
+    session.job.start()
+
+
+def _progress(session: "Session", value: tuple[SearchJob, SearchReport]) -> None:
+    job, report = value
+    if job is not session.job:
+        return
+    tab = session.view.search
+    tab.progress.value = report.percent
+    if report.best_deg is not None:
+        session.rising.append(report.best_deg)
+        colour = theme.palette(session.view.dark).current
+        tab.rising.content = markup.box(
+            f"Best f so far: <b>{markup.number(report.best_deg, 0, '°')}</b>"
+            + markup.sparkline(session.rising, colour)
+        )
+
+
+def _search_done(session: "Session", value: tuple[SearchJob, Any, str | None]) -> None:
+    job, result, why = value
+    if job is not session.job:
+        return
+    session.job = None
+    session.view.search.set_running(False)
+    if result is not None:
+        take_result(session, result)
+        session.say("The search is done: model 1 in blue, model 2 in orange.")
+    elif why is not None:
+        session.say(f"The search failed: {markup.escape(why)} What you had stands.", "bad")
+    else:
+        session.say("The search was cancelled; what you had stands.")
+
+
+def _cancel(session: "Session", value: Any) -> None:
+    if session.job is not None:
+        session.job.cancel()
+    elif value is not None:
+        session.notices.tell(value[1], "Nothing to cancel", "No search is running.")
+
+
+def _adopt(session: "Session", value: Any) -> None:
+    choose_preset(session, controls.WORST[0 if value[0].value == "Model 1" else 1])
+
+
+DEEDS: dict[str, Callable[..., None]] = {
+    "search": _search,
+    "progress": _progress,
+    "search_done": _search_done,
+    "cancel": _cancel,
+    "adopt": _adopt,
+}

@@ -1,0 +1,130 @@
+"""What a session does with motion and looks. Runs on its worker."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kneeviz import controls, scene, wire
+from kneeviz.do_result import show_result
+
+if TYPE_CHECKING:
+    from kneeviz.session import Session
+
+
+def _play(session: "Session", value: Any) -> None:
+    set_playing(session, value[0].value == "Play")
+
+
+def set_playing(session: "Session", playing: bool) -> None:
+    """Start or pause the motion."""
+    session.stop_glide()
+    session.playback.play(playing)
+
+
+def _position(session: "Session", value: Any) -> None:
+    set_playing(session, False)
+    session.playback.set_share(float(value[0].value) / 100.0)
+
+
+def _mode(session: "Session", value: Any) -> None:
+    set_mode(session, controls.MODES[value[0].value])
+
+
+def set_mode(session: "Session", mode: str) -> None:
+    """Choose between the motion through the loads and the runs in time."""
+    session.stop_glide()
+    session.playback.set_mode(mode)
+    session.forget_runs()
+    label = next(text for text, name in controls.MODES.items() if name == mode)
+    if session.view.look.mode.value != label:
+        session.view.look.mode.value = label
+
+
+def _speed(session: "Session", value: Any) -> None:
+    session.playback.speed = float(value[0].value)
+
+
+def _loop(session: "Session", value: Any) -> None:
+    session.playback.loop = bool(value[0].value)
+
+
+def _view(session: "Session", value: Any) -> None:
+    handle, client_id = value
+    view = session.view.scene
+    if handle.value == "Reset":
+        place_cameras(session, only=client_id)
+        return
+    spatial = handle.value == "3D"
+    if spatial != view.spatial:
+        view.spatial = spatial
+        view.repaint()
+        session.touch()
+    place_cameras(session)
+
+
+def place_cameras(session: "Session", only: int | None = None) -> None:
+    """Put the cameras of all clients, or of one, where the view wants them."""
+    spatial = session.view.scene.spatial
+    for client_id, client in session.clients().items():
+        if only in (None, client_id):
+            place_camera(client, spatial)
+
+
+def place_camera(client: Any, spatial: bool) -> None:
+    """Put one client's camera where the view wants it, and lock or free its turning."""
+    wire.set_camera_lock(client, locked=False)
+    with client.atomic():
+        client.camera.up_direction = (0.0, 1.0, 0.0)
+        client.camera.position = scene.camera_position(spatial)
+        client.camera.look_at = scene.CENTRE
+    client.flush()
+    if not spatial:
+        wire.set_camera_lock(client, locked=True)
+
+
+def _joined(session: "Session", _value: Any, client_id: int) -> None:
+    client = session.clients().get(client_id)
+    if client is not None:
+        place_camera(client, session.view.scene.spatial)
+
+
+def _dark(session: "Session", value: Any) -> None:
+    session.view.repaint(session.target.gui, bool(value[0].value))
+    session.view.show_legends(session.overlay)
+    show_result(session)
+    session.touch()
+
+
+def _forces(session: "Session", value: Any) -> None:
+    set_forces(session, bool(value[0].value))
+
+
+def set_forces(session: "Session", shown: bool) -> None:
+    """Write tensions beside the ligaments' names, or not."""
+    session.view.scene.forces = shown
+    if session.view.look.forces.value != shown:
+        session.view.look.forces.value = shown
+
+
+def _overlay(session: "Session", value: Any) -> None:
+    session.show_overlay(bool(value[0].value))
+
+
+def set_overlay(session: "Session", shown: bool) -> None:
+    """Show or hide both worst cases, and let the box agree."""
+    if session.view.search.overlay.value != shown:
+        session.view.search.overlay.value = shown
+    session.show_overlay(shown)
+
+
+DEEDS: dict[str, Callable[..., None]] = {
+    "play": _play,
+    "position": _position,
+    "mode": _mode,
+    "speed": _speed,
+    "loop": _loop,
+    "view": _view,
+    "joined": _joined,
+    "dark": _dark,
+    "forces": _forces,
+    "overlay": _overlay,
+}
