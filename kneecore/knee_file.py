@@ -216,7 +216,7 @@ def dump_knee(
     title: str = "My knee",
     note: str | None = None,
 ) -> str:
-    """Return a knee file's text; `parse_knee` of it gives the same numbers back to rounding.
+    """Return a knee file's text; `parse_knee` of it gives the same bits back.
 
     Parameters
     ----------
@@ -229,29 +229,46 @@ def dump_knee(
     """
     values = check_physical(baseline, "baseline")
     halves = np.asarray(half_ranges, dtype=np.float64)
-    factors = [units.si_factor(_DISPLAY_UNITS[name]) for name in NAMES]
+    now = None if current is None else check_physical(current, "current")
     document: dict[str, Any] = {"schema": SCHEMA, "title": title}
     if note:
         document["note"] = note
-    document["parameters"] = {
-        name: {
-            "value": _short(values[i], factors[i]),
-            "unit": _DISPLAY_UNITS[name],
-            "half_range": _short(halves[i], factors[i]),
+    document["parameters"] = {}
+    document |= {} if now is None else {"current": {}}
+    for i, name in enumerate(NAMES):
+        numbers = [values[i], halves[i]] + ([] if now is None else [now[i]])
+        unit, shown = _in_a_lossless_unit(numbers, _DISPLAY_UNITS[name])
+        document["parameters"][name] = {
+            "value": shown[0],
+            "unit": unit,
+            "half_range": shown[1],
             "source": sources[i] if sources else "",
         }
-        for i, name in enumerate(NAMES)
-    }
-    if current is not None:
-        now = check_physical(current, "current")
-        document["current"] = {n: _short(now[i], factors[i]) for i, n in enumerate(NAMES)}
+        if now is not None:
+            document["current"][name] = shown[2]
     return tomli_w.dumps(document)
 
 
-def _short(value: float, factor: float) -> float:
-    """Return `value` in display units: the shortest decimal that maps back to the same SI value."""
+def _in_a_lossless_unit(numbers: list[float], unit: str) -> tuple[str, list[float]]:
+    """Return a unit, and SI `numbers` in it that map back to the same bits.
+
+    That is `unit` wherever it can be: one in some thousands of SI values is not the product of
+    any float and the unit's factor, and is then written in SI.
+    """
+    shown = [_decimal(number, units.si_factor(unit)) for number in numbers]
+    if all(number is not None for number in shown):
+        return unit, [float(number) for number in shown if number is not None]
+    return units.si_unit(unit), [float(number) for number in numbers]
+
+
+def _decimal(value: float, factor: float) -> float | None:
+    """Return the shortest decimal that times `factor` is exactly `value`, if there is one."""
+    near = value / factor
     for digits in range(6, 18):
-        number = float(f"{value / factor:.{digits}g}")
+        number = float(f"{near:.{digits}g}")
         if factor * number == value:
             return number
-    return float(value / factor)
+    for number in (math.nextafter(near, -math.inf), math.nextafter(near, math.inf)):
+        if factor * number == value:
+            return number
+    return None

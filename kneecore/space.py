@@ -12,6 +12,7 @@ Examples
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from typing import Literal, Self, get_args
 
@@ -37,7 +38,7 @@ _POISSON = NAMES.index("poissons_ratio")
 
 
 def _checked_bound(name: str, value: float, unit: str) -> float:
-    if isinstance(value, bool) or not np.isscalar(value):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise ParameterError(f"`{name}` is {value!r}; a number in {unit} of at least 0 is allowed")
     number = float(value)
     if not (np.isfinite(number) and number >= 0.0):

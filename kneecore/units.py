@@ -38,3 +38,9 @@ def si_factor(unit: str, like: str | None = None) -> float:
         allowed = [u for u, (k, _) in _UNITS.items() if like is None or k == wanted]
         raise FileFormatError(f"unit {unit!r} is not known here; allowed: {', '.join(allowed)}")
     return factor
+
+
+def si_unit(unit: str) -> str:
+    """Return the SI unit of the same kind as `unit`."""
+    kind = _UNITS[unit][0]
+    return next(u for u, (k, factor) in _UNITS.items() if k == kind and factor == 1.0)

@@ -30,7 +30,7 @@ THETA_0 = math.radians(54.79)
 MASS_CENTRE_Y = -0.213
 """Height of the mass centre in the tibia frame, m (its x is 0)."""
 
-# Taylor coefficients; |psi / 2| stays below 1.31, the error below 2e-15 (2e-16 up to 120 deg).
+# Taylor coefficients; |psi / 2| stays below 1.31, the error below 6e-15 (1e-15 up to 120 deg).
 _S3, _S5, _S7 = -1.0 / 6, 1.0 / 120, -1.0 / 5040
 _S9, _S11, _S13 = 1.0 / 362880, -1.0 / 39916800, 1.0 / 6227020800
 _S15, _S17 = -1.0 / 1307674368000, 1.0 / 355687428096000

@@ -4,9 +4,10 @@ import math
 
 import numba
 import numpy as np
+from scipy.interpolate import RBFInterpolator
+
 from kneecore.model import dynamics, forces
 from kneecore.model.pose import START_X, START_Y
-from scipy.interpolate import RBFInterpolator
 
 
 def numpy_search(
