@@ -59,16 +59,16 @@ class GeneticOptions:
         ParameterError
             If one of them would be zero.
         """
+        shares = (self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
+        smallest = int(np.ceil(1.0 / min(shares) - 1e-9))
+        if pop_size < smallest:
+            raise ParameterError(
+                f"`pop_size` is {pop_size}; at least {smallest} is allowed, so that crossover, "
+                "mutation and elite get one individual each"
+            )
         n_elite = int(self.elite_fraction * pop_size + 0.5 + 1e-9)
         n_mutation = int(self.mutation_fraction * pop_size + 0.5 + 1e-9)
-        n_crossover = pop_size - n_elite - n_mutation
-        if min(n_elite, n_mutation, n_crossover) < 1:
-            smallest = min(self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
-            raise ParameterError(
-                f"`pop_size` is {pop_size}; at least {int(np.ceil(1.0 / smallest - 1e-9))} is "
-                "allowed, so that crossover, mutation and elite get one individual each"
-            )
-        return n_elite, n_crossover, n_mutation
+        return n_elite, pop_size - n_elite - n_mutation, n_mutation
 
     def rank_chances(self, pop_size: int) -> FloatArray:
         """Return the cumulative chance of each rank, best first, shape (pop_size,)."""

@@ -176,6 +176,16 @@ def _outputs(model: UnitModel, points: FloatArray) -> FloatArray:
     return values
 
 
+def _checked_weights(weights: FloatArray | None, n_values: int) -> FloatArray:
+    if weights is None:
+        return np.ones(n_values)
+    if weights.shape != (n_values,) or not np.isfinite(weights).all():
+        raise ParameterError(
+            f"`weights` has shape {weights.shape}; ({n_values},) of finite numbers is allowed"
+        )
+    return weights
+
+
 def _run_all(
     objective: ModelPair | SurrogatePair,
     n_dimensions: int,
@@ -247,12 +257,11 @@ def find_pair(
     objective: ModelPair | SurrogatePair
     if settings.search_space == "surrogate":
         training = train(model, n_dimensions, settings, callback)
-        n_values = training.surrogate.n_values
-        wanted = np.ones(n_values) if weights is None else weights
+        wanted = _checked_weights(weights, training.surrogate.n_values)
         objective = SurrogatePair(training.surrogate, wanted)
     else:
         n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
-        wanted = np.ones(n_values) if weights is None else weights
+        wanted = _checked_weights(weights, n_values)
         objective = ModelPair(model, wanted)
     start = time.perf_counter()
     results = _run_all(objective, n_dimensions, settings, callback)

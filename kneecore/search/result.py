@@ -30,6 +30,11 @@ def versions() -> dict[str, str]:
     return found | {name: version(name) for name in ("numpy", "scipy", "numba")}
 
 
+def _degrees(response: Response, load: int) -> float:
+    """Return an angle as files hold it, so that what is derived from it survives a file."""
+    return round(float(np.degrees(response.flexion[load])), 10)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairResult:
     """The two most different models of any kind (for the knee: `SearchResult`)."""
@@ -138,15 +143,15 @@ class SearchResult:
     @property
     def extension_difference_deg(self) -> float | None:
         """Angle of model 2 less that of model 1 at the largest extension moment, deg."""
-        k = LARGEST_EXTENSION
-        difference = float(np.degrees(self.model_2.flexion[k] - self.model_1.flexion[k]))
-        return difference if np.isfinite(difference) else None
+        one, two = (_degrees(model, LARGEST_EXTENSION) for model in (self.model_1, self.model_2))
+        return two - one if np.isfinite(two - one) else None
 
     @property
     def extension_difference_percent(self) -> float | None:
         """The same in per cent of the baseline's range of motion between the largest moments."""
-        flexion = np.degrees(self.baseline.flexion)
-        motion = float(flexion[LARGEST_FLEXION] - flexion[LARGEST_EXTENSION])
+        motion = _degrees(self.baseline, LARGEST_FLEXION) - _degrees(
+            self.baseline, LARGEST_EXTENSION
+        )
         difference = self.extension_difference_deg
         if difference is None or not np.isfinite(motion) or motion == 0.0:
             return None

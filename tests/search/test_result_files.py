@@ -1,0 +1,195 @@
+"""Results on disk and back."""
+
+import csv
+import io
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+
+from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, worst_case
+from kneecore._assets import asset_path
+from kneecore.search import output
+
+SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module", params=["surrogate", "model", "own space"])
+def result(request):
+    if request.param == "own space":
+        space = ParameterSpace(
+            case="geometry",
+            half_ranges={"condyle_radius": 2e-3},
+            baseline=1.01 * ParameterSpace().baseline,
+            title="mine <b>&",
+            note=None,
+        )
+        return worst_case(space, pop_size=20, n_generations=10, n_runs=2, objective="extension")
+    return worst_case(search_space=request.param, pop_size=20, n_generations=10, seed=4)
+
+
+def test_json_follows_the_schema(result):
+    jsonschema.validate(json.loads(result.to_json()), SCHEMA)
+
+
+def test_the_schema_refuses_what_is_wrong(result):
+    document = json.loads(result.to_json())
+    document["flexion_deg"]["model_1"].pop()
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, SCHEMA)
+
+
+def test_every_key_is_documented(result):
+    assert set(json.loads(result.to_json())) == set(SCHEMA["properties"])
+
+
+def test_reading_and_writing_again_changes_no_byte(result):
+    text = result.to_json()
+    again = SearchResult.from_json(text)
+    assert again.to_json() == text
+    np.testing.assert_array_equal(again.x, result.x)
+    np.testing.assert_array_equal(again.space.lower, result.space.lower)
+    np.testing.assert_allclose(again.model_1.flexion, result.model_1.flexion, atol=1e-12)
+    assert str(again) == str(result)
+
+
+def test_csv_has_a_row_for_each_model_and_load(result):
+    rows = list(csv.DictReader(io.StringIO(result.curves_csv())))
+    assert [r["model"] for r in rows] == ["baseline"] * 12 + ["model_1"] * 12 + ["model_2"] * 12
+    angles = [float(r["flexion_deg"]) for r in rows[12:24]]
+    np.testing.assert_allclose(angles, np.degrees(result.model_1.flexion), atol=1e-9)
+    tension = [float(r["tension_pcl_n"]) for r in rows[:12]]
+    np.testing.assert_allclose(tension, result.baseline.tension[:, 1], atol=1e-9)
+
+
+def test_failed_models_are_null_and_come_back(tmp_path):
+    from dataclasses import replace
+
+    from kneecore import simulate
+
+    x = ParameterSpace().baseline.copy()
+    x[22:26] *= 1e5
+    whole = worst_case(search_space="model", pop_size=20, n_generations=2)
+    failed = replace(whole, model_2=simulate(x), objective_model=None)
+    document = json.loads(failed.to_json())
+    jsonschema.validate(document, SCHEMA)
+    assert document["flexion_deg"]["model_2"] == [None] * 12
+    assert document["extension_difference_deg"] is None
+    assert document["status"]["model_2"] == "failed"
+    assert ",failed" in failed.curves_csv()
+    again = SearchResult.from_json(failed.to_json())
+    assert np.isnan(again.model_2.flexion).all()
+    assert "fails for model_2" in str(again)
+    assert len(failed.save(tmp_path)) == 10  # figures of what there is
+
+
+def test_save_writes_all_files_and_load_reads_them(result, tmp_path):
+    folder = tmp_path / "new" / "folder"
+    written = result.save(folder)
+    names = [path.name for path in written]
+    assert names[0] == "curves.csv"
+    assert names[-1] == "result.json"
+    assert sorted(p.name for p in folder.iterdir()) == sorted(names)
+    for number in (1, 2, 3, 4):
+        for ending, start in (("png", b"\x89PNG"), ("svg", b"<?xml")):
+            (figure,) = folder.glob(f"figure_{number}_*.{ending}")
+            assert figure.read_bytes().startswith(start)
+    assert SearchResult.load(folder).to_json() == result.to_json()
+    assert SearchResult.load(folder / "result.json").to_json() == result.to_json()
+    if "knee.toml" in names:
+        again = ParameterSpace.from_file(folder / "knee.toml", case=result.case)
+        np.testing.assert_array_equal(again.lower, result.space.lower)
+        np.testing.assert_array_equal(again.upper, result.space.upper)
+
+
+def test_figures_are_the_same_bytes_again(result, tmp_path):
+    one = {p.name: p.read_bytes() for p in result.save(tmp_path / "1")}
+    two = {p.name: p.read_bytes() for p in result.save(tmp_path / "2")}
+    assert one == two
+
+
+def test_a_result_is_not_overwritten_unasked(result, tmp_path):
+    result.save(tmp_path, figures=False)
+    before = (tmp_path / "result.json").read_bytes()
+    with pytest.raises(OutputError, match=r"holds a result\.json already"):
+        result.save(tmp_path, figures=False)
+    assert (tmp_path / "result.json").read_bytes() == before
+    result.save(tmp_path, figures=False, force=True)
+
+
+def test_an_interrupted_save_leaves_no_half_written_file(result, tmp_path, monkeypatch):
+    real = output.write_whole
+
+    def fail_at_the_figures(path, content):
+        if path.suffix == ".png":
+            raise KeyboardInterrupt
+        real(path, content)
+
+    monkeypatch.setattr(output, "write_whole", fail_at_the_figures)
+    with pytest.raises(KeyboardInterrupt):
+        result.save(tmp_path)
+    assert not (tmp_path / "result.json").exists()
+    assert all(p.name in ("curves.csv", "knee.toml") for p in tmp_path.iterdir())
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / "file.txt"
+    path.write_text("old")
+
+    def no_space(source, target):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(output.os, "replace", no_space)
+    with pytest.raises(OutputError, match="No space left on device"):
+        output.write_whole(path, b"new")
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["file.txt"]
+
+
+def test_a_folder_that_cannot_be_made(result, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match=r"`--out` is .*; a writable folder is allowed"):
+        result.save(tmp_path / "file" / "folder")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda d: d.update(schema="kneecore.result/99"), "`schema` is 'kneecore.result/99'"),
+        (lambda d: d.pop("flexion_deg"), "key 'flexion_deg' is missing"),
+        (lambda d: d["parameters"][0].pop("acl_femur_x"), "must name the 28 parameters"),
+        (lambda d: d["flexion_deg"].update(model_1=[1.0]), r"has shape \(1,\); \(12,\)"),
+        (lambda d: d["flexion_deg"].update(model_1=["a"] * 12), "something other than numbers"),
+        (lambda d: d.update(case="bones"), "`case` is 'bones'"),
+        (lambda d: d.update(parameters=3), "no usable result"),
+        (lambda d: d["status"].update(model_1="failed"), "does not fit"),
+        (lambda d: d["search"]["options"].update(mutants=1), "no usable result"),
+    ],
+)
+def test_a_damaged_result_is_refused(result, change, said):
+    document = json.loads(result.to_json())
+    change(document)
+    with pytest.raises(FileFormatError, match=said):
+        SearchResult.from_json(json.dumps(document))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "null", "{", "[" * 100_000, '{"schema": 3}'])
+def test_what_is_no_result_is_refused(text):
+    with pytest.raises(FileFormatError):
+        SearchResult.from_json(text)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    with pytest.raises(FileFormatError, match=r"none.*cannot be read"):
+        SearchResult.load(tmp_path / "none.json")
+    (tmp_path / "result.json").write_bytes(b"\xff\xfe")
+    with pytest.raises(FileFormatError, match="UTF-8"):
+        SearchResult.load(tmp_path)
+
+
+def test_the_command_names_what_differs_from_the_defaults():
+    short = worst_case(pop_size=20, n_generations=2, training_samples=30, seed=5)
+    assert short.command() == (
+        "python -m kneecore.search --training-samples 30 --pop-size 20 --generations 2 --seed 5"
+    )

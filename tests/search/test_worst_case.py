@@ -1,0 +1,279 @@
+"""The worst-case search of the knee and of other mechanisms."""
+
+import numpy as np
+import pytest
+
+import kneecore
+from kneecore import MOMENT, ParameterSpace, Progress, SearchResult, simulate, worst_case
+from kneecore.errors import ModelError, ParameterError
+
+FAST = {"pop_size": 40, "n_generations": 60}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return worst_case(seed=0)
+
+
+def f_of(one, two, weights=1.0):
+    return float((np.abs(np.degrees(one.flexion - two.flexion)) * weights).sum())
+
+
+def test_the_main_run_as_the_paper_describes_it(result):
+    """200 x 800 on a 50-sample surrogate: what the paper says of both models, as orders."""
+    one, two = np.degrees(result.model_1.flexion), np.degrees(result.model_2.flexion)
+    assert one[5] < -10.0  # model 1 over-extends far
+    assert two[5] > 10.0  # model 2 cannot extend fully
+    assert (one < two).all()  # and the order is kept in flexion
+    assert 300.0 < result.objective_model < 500.0
+    assert 0.0 < result.gap_percent < 20.0
+    assert 25.0 < result.extension_difference_percent < 45.0
+
+
+def test_the_pair_is_recomputed_in_the_true_model(result):
+    for x, response in zip(result.x, (result.model_1, result.model_2), strict=True):
+        np.testing.assert_array_equal(simulate(x).flexion, response.flexion)
+    assert result.objective_model == pytest.approx(f_of(result.model_1, result.model_2), rel=1e-12)
+    predicted = np.degrees(result.predicted_flexion)
+    f = np.abs(predicted[0] - predicted[1]).sum()
+    assert result.objective_surrogate == pytest.approx(f, rel=1e-12)
+    gap = 100.0 * (1.0 - result.objective_model / result.objective_surrogate)
+    assert result.gap_percent == pytest.approx(gap)
+
+
+def test_differences_in_extension(result):
+    one, two = np.degrees(result.model_1.flexion[5]), np.degrees(result.model_2.flexion[5])
+    assert result.extension_difference_deg == pytest.approx(two - one)
+    baseline = np.degrees(result.baseline.flexion)
+    motion = baseline[11] - baseline[5]
+    assert result.extension_difference_percent == pytest.approx(100.0 * (two - one) / motion)
+
+
+def test_both_knees_are_within_the_bounds(result):
+    space = result.space
+    assert (result.x >= space.lower).all()
+    assert (result.x <= space.upper).all()
+    assert np.count_nonzero(space.at_bounds(result.x)) > 40
+
+
+def test_the_surrogate_ranks_models_well():
+    surrogate = kneecore.fit_surrogate(ParameterSpace())
+    fresh = ParameterSpace().from_unit(np.random.default_rng(99).random((100, 28)))
+    truth = kneecore.simulate_batch(fresh).flexion
+    predicted = surrogate.predict(fresh)
+    assert predicted.shape == truth.shape
+    for load in range(12):
+        ranks = [np.argsort(np.argsort(v[:, load])) for v in (truth, predicted)]
+        assert np.corrcoef(*ranks)[0, 1] > 0.9
+    error = np.degrees(np.sqrt(np.mean((predicted - truth) ** 2)))
+    assert error == pytest.approx(surrogate.loo_rms_deg, rel=0.6)
+    np.testing.assert_allclose(surrogate.predict(fresh[0]), predicted[0])
+
+
+def test_geometry_decides_and_material_matters_little(result):
+    geometry = worst_case(ParameterSpace(case="geometry"))
+    material = worst_case(ParameterSpace(case="material"))
+    assert 0.75 < geometry.objective_model / result.objective_model < 1.02
+    assert material.objective_model / result.objective_model < 0.25
+    held = ~geometry.space.free
+    np.testing.assert_array_equal(geometry.x[:, held], np.tile(result.space.baseline[held], (2, 1)))
+
+
+def test_the_true_models_space_finds_more_than_the_surrogate(result):
+    model = worst_case(search_space="model", pop_size=60, n_generations=40)
+    assert model.objective_surrogate is None
+    assert model.gap_percent is None
+    assert model.training_x is None
+    assert model.predicted_flexion is None
+    assert model.objective_model == pytest.approx(model.history[-1], rel=1e-12)
+    assert model.objective_model > 0.85 * result.objective_model
+    assert model.counts["models_simulated"] == 1 + 2 * (60 + 40 * 54) + 2
+
+
+@pytest.mark.parametrize("objective", ["extension", "flexion"])
+def test_only_the_loads_that_count_are_summed(objective, result):
+    chosen = worst_case(objective=objective, **FAST)
+    counts = (MOMENT > 0) == (objective == "extension")
+    assert chosen.objective_model == pytest.approx(f_of(chosen.model_1, chosen.model_2, counts))
+    assert chosen.objective_model > f_of(result.model_1, result.model_2, counts) * 0.9
+
+
+def test_several_runs_keep_the_best_and_report_the_spread():
+    several = worst_case(n_runs=4, pop_size=20, n_generations=20)
+    assert len(several.run_values) == 4
+    assert len(set(several.run_values)) > 1
+    assert several.objective_surrogate == max(several.run_values)
+    first = worst_case(n_runs=1, pop_size=20, n_generations=20)
+    assert first.run_values[0] == several.run_values[0]
+    assert several.counts["pairs_evaluated"] == 4 * (20 + 20 * 18)
+
+
+def same_bytes(*results):
+    documents = []
+    for item in results:
+        document = item.to_dict()
+        del document["seconds"], document["threads"]
+        documents.append(document)
+    return all(d == documents[0] for d in documents[1:])
+
+
+@pytest.mark.parametrize("search_space", ["surrogate", "model"])
+def test_threads_change_no_byte_and_seeds_do(search_space):
+    options = {"search_space": search_space, "pop_size": 20, "n_generations": 12}
+    one, two = (worst_case(seed=7, threads=threads, **options) for threads in (1, 2))
+    assert one.threads == 1
+    assert two.threads == 2
+    assert same_bytes(one, two)
+    assert not same_bytes(one, worst_case(seed=8, **options))
+
+
+def test_progress_goes_through_the_stages():
+    seen: list[Progress] = []
+    worst_case(callback=lambda report: seen.append(report), **FAST)
+    stages = list(dict.fromkeys(report.stage for report in seen))
+    assert stages == ["compile", "sampling", "fit", "search", "verify"]
+    bests = [r.best for r in seen if r.stage == "search"]
+    assert bests == sorted(bests)
+    assert seen[-2].done == seen[-2].total == FAST["n_generations"]
+
+
+@pytest.mark.parametrize("search_space", ["surrogate", "model"])
+def test_a_cancelled_search_returns_the_best_pair_so_far(search_space):
+    def stop(report):
+        return report.stage == "search" and report.done >= 25
+
+    cancelled = worst_case(search_space=search_space, pop_size=20, callback=stop)
+    assert cancelled.stop_reason == "cancelled"
+    assert len(cancelled.history) == 26
+    assert cancelled.objective_model > 0.0
+
+
+def test_a_search_cancelled_before_it_began_says_so():
+    with pytest.raises(kneecore.Cancelled):
+        worst_case(callback=lambda report: report.stage == "sampling")
+
+
+def test_rest_lengths_of_the_baseline():
+    # In the true model's space: near the corners of the bounds a pre-stressed knee may fail.
+    options = {"search_space": "model", "pop_size": 40, "n_generations": 40}
+    fixed = worst_case(rest_length="fixed", **options)
+    for response in (fixed.model_1, fixed.model_2):
+        np.testing.assert_array_equal(response.rest_length, fixed.baseline.rest_length)
+    free = worst_case(**options)
+    assert fixed.objective_model > free.objective_model
+
+
+def test_failed_samples_are_left_out_and_counted():
+    wide = ParameterSpace(geometry_bound_mm=6.0, material_bound_percent=90.0)
+    found = worst_case(wide, training_samples=200, **FAST)
+    n_failed = np.count_nonzero(~np.isfinite(found.training_flexion).all(axis=1))
+    assert 0 < n_failed < 170
+    assert found.counts["models_failed"] >= n_failed
+    if "failed" in (found.model_1.status, found.model_2.status):
+        assert found.objective_model is None
+        assert found.gap_percent is None
+        assert "fails" in str(found)
+
+
+def test_too_many_failed_samples_are_an_error():
+    def broken(x):
+        return np.where(x[:, :1] > 0.2, np.nan, x)
+
+    with pytest.raises(ModelError, match="of 50 training samples failed"):
+        worst_case(model=broken, lower=np.zeros(15), upper=np.ones(15), **FAST)
+
+
+def four_bar(x):
+    """Coupler angle (rad) of a planar four-bar linkage, for five crank angles; lengths in m."""
+    ground, crank, coupler, rocker = x.T[:, :, None]
+    turn = np.radians([30.0, 60.0, 90.0, 120.0, 150.0])
+    diagonal_x, diagonal_y = ground - crank * np.cos(turn), -crank * np.sin(turn)
+    diagonal = np.hypot(diagonal_x, diagonal_y)
+    cosine = (coupler**2 + diagonal**2 - rocker**2) / (2.0 * coupler * diagonal)
+    inside = np.abs(cosine) <= 1.0  # a linkage that cannot be assembled is a failure
+    angle = np.arctan2(diagonal_y, diagonal_x) + np.arccos(np.where(inside, cosine, 0.0))
+    return np.where(inside.all(axis=1, keepdims=True), angle, np.nan)
+
+
+@pytest.mark.parametrize("search_space", ["surrogate", "model"])
+def test_another_mechanism(search_space):
+    nominal = np.array([0.40, 0.12, 0.35, 0.30])
+    found = worst_case(
+        model=four_bar,
+        lower=0.98 * nominal,
+        upper=1.02 * nominal,
+        names=["ground", "crank", "coupler", "rocker"],
+        search_space=search_space,
+        seed=1,
+        **FAST,
+    )
+    assert (found.x >= 0.98 * nominal).all()
+    assert (found.x <= 1.02 * nominal).all()
+    y = four_bar(found.x)
+    np.testing.assert_allclose(found.y, y)
+    assert found.objective_model == pytest.approx(np.abs(y[0] - y[1]).sum())
+    # All 256 pairs of corners, by brute force: the optimum lies on one of them.
+    corners = nominal * (0.98 + 0.04 * np.array(list(np.ndindex(2, 2, 2, 2))))
+    at_corners = four_bar(corners)
+    best = np.abs(at_corners[:, None] - at_corners[None]).sum(axis=2).max()
+    assert found.objective_model == pytest.approx(best, rel=1e-3)
+    assert "rocker" in str(found)
+
+
+def test_an_input_without_width_is_held():
+    found = worst_case(
+        model=lambda x: x, lower=[0.0, 2.0], upper=[1.0, 2.0], training_samples=5, **FAST
+    )
+    np.testing.assert_array_equal(found.x[:, 1], [2.0, 2.0])
+    np.testing.assert_allclose(np.sort(found.x[:, 0]), [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"search_space": "moon"}, "`search_space` is 'moon'"),
+        ({"objective": "jump"}, "`objective` is 'jump'"),
+        ({"rest_length": "short"}, "`rest_length` is 'short'"),
+        ({"training_samples": 28}, "`training_samples` is 28; with 28 free parameters at least 29"),
+        ({"pop_size": 6}, "`pop_size` is 6; at least 10"),
+        ({"n_generations": 0}, "`n_generations` is 0"),
+        ({"n_runs": 0}, "`n_runs` is 0"),
+        ({"seed": -3}, "`seed` is -3"),
+        ({"threads": 0}, "`threads` is 0"),
+        ({"lower": [0.0]}, "need a `model`"),
+        ({"model": np.sin}, "`lower` and `upper` are needed"),
+        ({"model": np.sin, "lower": [1.0], "upper": [0.0]}, r"`lower`\[0\] is 1, above"),
+        ({"model": np.sin, "lower": [1.0], "upper": [1.0]}, "zero width"),
+        ({"model": np.sin, "lower": [0.0], "upper": [np.inf]}, "finite"),
+        ({"model": np.sin, "lower": [0.0], "upper": [1.0], "names": "ab"}, "`names` has 2"),
+        (
+            {"model": np.sin, "lower": [0.0], "upper": [1.0], "space": ParameterSpace()},
+            "only one of them",
+        ),
+        ({"model": lambda x: x[:, 0], "lower": [0.0], "upper": [1.0]}, "`model` returned shape"),
+        (
+            {"model": np.sin, "lower": [0.0], "upper": [1.0], "weights": [1.0, 2.0]},
+            r"`weights` has shape \(2,\); \(1,\)",
+        ),
+    ],
+)
+def test_what_is_not_allowed_is_named(arguments, said):
+    with pytest.raises(ParameterError, match=said):
+        worst_case(**arguments)
+
+
+def test_a_result_prints_in_a_terminal_and_in_a_notebook(result):
+    text = str(result)
+    assert "true model" in text
+    assert "acl_femur_x" in text
+    assert "reconstruction" in text
+    assert max(len(line) for line in text.splitlines()) <= 100
+    html = result._repr_html_()
+    assert html.startswith("<pre")
+    assert "acl_femur_x" in html
+
+
+def test_a_result_is_a_search_result(result):
+    assert isinstance(result, SearchResult)
+    assert result.case == "both"
+    assert result.summary().startswith("At +5 N m model 1 over-extends to -")
