@@ -97,9 +97,9 @@ class KneeTab:
 
     def _add_group(self, gui: Any, post: Post, state: KneeState, group: str) -> None:
         rows = [(i, r) for i, r in enumerate(parameter_table()) if r.group == group]
-        unit = "" if group in ("plateau", "material") else " (mm)"
         title = group.upper() if len(group) == 3 else group.capitalize()
-        with gui.add_folder(title + unit, expand_by_default=group == "acl"):
+        units = ", ".join(dict.fromkeys(r.unit for _, r in rows if r.unit != "-"))
+        with gui.add_folder(f"{title} ({units.replace('^2', '²')})", expand_by_default=group == "acl"):
             for index, row in rows:
                 self.sliders.append(self._add_slider(gui, state, index, row))
                 on_value(self.sliders[-1], post, ("param", index))
@@ -112,7 +112,7 @@ class KneeTab:
         value = float(state.x[index]) / row.scale
         unit = "no unit" if row.unit == "-" else row.unit
         return gui.add_slider(
-            markup.parameter_label(row.name) if row.group == "material" else _end_label(row.name),
+            markup.parameter_label(row.name),
             min=round(low, 6),
             max=round(high, 6),
             step=step,
@@ -163,12 +163,6 @@ class KneeTab:
         on_value(self.rest_length, post, ("bound", "rest_length"))
         for name, handle in self.bounds.items():
             on_value(handle, post, ("bound", name))
-
-
-def _end_label(name: str) -> str:
-    """Return a slider's label within its group: without the group's name."""
-    words = name.split("_")[1:]
-    return " ".join([words[0].capitalize(), *words[1:]])
 
 
 class SearchTab:

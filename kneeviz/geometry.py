@@ -120,6 +120,8 @@ def bulge(loop: FloatArray, depth: float, centre: float) -> tuple[FloatArray, In
     """
     points, triangles = triangulate(loop)
     rim = len(loop)
+    # A corner between three points of the rim has no inside: front and back would coincide.
+    triangles = triangles[(triangles >= rim).any(axis=1)]
     reach = np.clip(distance_to_loop(points, loop) / _BULGE, 0.0, 1.0)
     height = depth * np.sqrt(1.0 - (1.0 - reach) ** 2)
     height[:rim] = 0.0

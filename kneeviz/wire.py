@@ -160,7 +160,7 @@ def update_fault(handle: Any, updates: Any) -> str | None:
     """
     if not isinstance(updates, dict) or set(updates) != {"value"}:
         return "only its value can be changed"
-    if handle.disabled:
+    if getattr(handle, "disabled", False):
         return "it cannot be used now"
     value = updates["value"]
     if isinstance(handle, handles.GuiSliderHandle | handles.GuiNumberHandle):

@@ -1,0 +1,46 @@
+"""A real server for the tests that speak to it over the wire."""
+
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from kneeviz.app import App
+from kneeviz.session import Session
+from viz.wire_client import WireClient
+
+
+def eventually(condition: Callable[[], object], timeout: float = 15.0) -> None:
+    """Wait until a condition on the server holds."""
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, "what was waited for did not happen"
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def app() -> Iterator[App]:
+    running = App(port=0)
+    try:
+        eventually(lambda: running.session.surrogate_ready, 60.0)
+        yield running
+    finally:
+        running.stop()
+
+
+@pytest.fixture
+def session(app: App) -> Session:
+    """The shared session, back at the baseline and paused."""
+    session = app.session
+    session.post("reset_all")
+    eventually(lambda: (session.state.x == session.state.space.baseline).all())
+    eventually(lambda: session._morph is None)
+    return session
+
+
+@pytest.fixture
+def visitor(app: App) -> Iterator[WireClient]:
+    with WireClient(app.server.get_port()) as client:
+        client.wait(lambda c: c.counts.get("ReplayDoneMessage"))
+        eventually(lambda: app.server.get_clients())
+        yield client

@@ -1,0 +1,65 @@
+import io
+import json
+import zipfile
+
+import pytest
+
+import kneecore
+from kneecore import FileFormatError, Knee
+from kneecore._assets import asset_path
+from kneecore.search.result import SearchResult
+from kneeviz import files
+
+KNEE = asset_path("baseline.toml").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def result():
+    return kneecore.worst_case(pop_size=20, n_generations=3)
+
+
+def test_a_knee_file_is_read_whatever_its_name():
+    assert isinstance(files.read_upload("knee.toml", KNEE), Knee)
+    assert isinstance(files.read_upload("readme", KNEE), Knee)
+
+
+def test_a_downloaded_result_is_read_again(result):
+    content = files.result_files(result, "result.json")
+    again = files.read_upload("result.json", content)
+    assert isinstance(again, SearchResult)
+    assert (again.x == result.x).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.toml", b"\xff\xfe\x00"), ("a.toml", b""), ("a.toml", b"[parameters"),
+        ("a.json", b"{"), ("a.json", b"[]"), ("a.json", b"null"), ("b", b"{}"),
+        ("a.toml", KNEE.replace(b"kneecore.knee/1", b"kneecore.knee/9")),
+        ("a.toml", KNEE.replace(b"value = 32.1", b"value = nan")),
+    ],
+)  # fmt: skip
+def test_anything_else_is_refused_with_a_reason(name, content):
+    with pytest.raises(FileFormatError) as caught:
+        files.read_upload(name, content)
+    assert str(caught.value)
+
+
+def test_an_unknown_schema_of_a_result_is_refused(result):
+    document = json.loads(result.to_json())
+    document["schema"] = "kneecore.result/99"
+    with pytest.raises(FileFormatError, match="schema"):
+        files.read_upload("result.json", json.dumps(document).encode())
+
+
+def test_the_curves_are_the_results(result):
+    assert files.result_files(result, "curves.csv").decode() == result.curves_csv()
+
+
+def test_the_archive_holds_all_files(result):
+    packed = zipfile.ZipFile(io.BytesIO(files.result_files(result, "result.zip")))
+    names = packed.namelist()
+    assert {"result.json", "curves.csv"} <= set(names)
+    assert any(name.endswith(".png") for name in names)
+    assert any(name.endswith(".svg") for name in names)
+    assert packed.testzip() is None
