@@ -16,26 +16,37 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-if TYPE_CHECKING:
-    from kneecore.errors import (
-        FileFormatError,
-        KneecoreError,
-        ModelError,
-        OutputError,
-        ParameterError,
-    )
-    from kneecore.knee_file import Knee, dump_knee, packaged_knee, parameter_table, read_knee
-    from kneecore.model.response import MOMENT, Response, ResponseBatch, simulate, simulate_batch
-    from kneecore.model.trajectory import Trajectory, trajectory
-    from kneecore.numerics.genetic_options import GeneticOptions
-    from kneecore.parameters import LIGAMENTS, NAMES, Parameter
-    from kneecore.search.cancelled import Cancelled
-    from kneecore.search.knee import KneeSurrogate, fit_surrogate
-    from kneecore.search.progress import Progress
-    from kneecore.search.result import PairResult, SearchResult
-    from kneecore.search.warm_up import warm_up
-    from kneecore.search.worst_case import worst_case
-    from kneecore.space import ParameterSpace
+if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __getattr__
+    from kneecore.errors import FileFormatError as FileFormatError
+    from kneecore.errors import KneecoreError as KneecoreError
+    from kneecore.errors import ModelError as ModelError
+    from kneecore.errors import OutputError as OutputError
+    from kneecore.errors import ParameterError as ParameterError
+    from kneecore.knee_file import Knee as Knee
+    from kneecore.knee_file import dump_knee as dump_knee
+    from kneecore.knee_file import packaged_knee as packaged_knee
+    from kneecore.knee_file import parameter_table as parameter_table
+    from kneecore.knee_file import read_knee as read_knee
+    from kneecore.model.response import MOMENT as MOMENT
+    from kneecore.model.response import Response as Response
+    from kneecore.model.response import ResponseBatch as ResponseBatch
+    from kneecore.model.response import simulate as simulate
+    from kneecore.model.response import simulate_batch as simulate_batch
+    from kneecore.model.trajectory import Trajectory as Trajectory
+    from kneecore.model.trajectory import trajectory as trajectory
+    from kneecore.numerics.genetic_options import GeneticOptions as GeneticOptions
+    from kneecore.parameters import LIGAMENTS as LIGAMENTS
+    from kneecore.parameters import NAMES as NAMES
+    from kneecore.parameters import Parameter as Parameter
+    from kneecore.search.cancelled import Cancelled as Cancelled
+    from kneecore.search.knee import KneeSurrogate as KneeSurrogate
+    from kneecore.search.knee import fit_surrogate as fit_surrogate
+    from kneecore.search.progress import Progress as Progress
+    from kneecore.search.result import PairResult as PairResult
+    from kneecore.search.result import SearchResult as SearchResult
+    from kneecore.search.warm_up import warm_up as warm_up
+    from kneecore.search.worst_case import worst_case as worst_case
+    from kneecore.space import ParameterSpace as ParameterSpace
 
 _HOME = {
     "FileFormatError": "errors",

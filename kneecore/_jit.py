@@ -73,7 +73,9 @@ def kernel(function: _F) -> _F:
     return compiled
 
 
-def inline(function: _F) -> _F:
+def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small `function` into each of its callers."""
-    compiled: _F = numba.njit(forceinline=True, error_model="numpy", fastmath=_FASTMATH)(function)
+    compiled: Callable[..., Any] = numba.njit(
+        forceinline=True, error_model="numpy", fastmath=_FASTMATH
+    )(function)
     return compiled

@@ -1,6 +1,7 @@
 """`python -m kneecore.simulate`: one knee through the load programme."""
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -35,11 +36,7 @@ class Options:
 
 
 def _document(response: "Response", title: str) -> dict[str, Any]:
-    import numpy as np
-
-    def plain(values: Any, factor: float = 1.0) -> Any:
-        array = np.round(np.asarray(values) * factor, 10) + 0.0
-        return np.where(np.isfinite(array), array.astype(object), None).tolist()
+    from kneecore._json import plain
 
     return {
         "schema": SCHEMA,
@@ -47,7 +44,7 @@ def _document(response: "Response", title: str) -> dict[str, Any]:
         "status": response.status,
         "refinements": response.refinements,
         "moment_nm": response.moment.tolist(),
-        "flexion_deg": plain(response.flexion, float(np.degrees(1.0))),
+        "flexion_deg": plain(response.flexion, 180.0 / math.pi),
         "tension_n": plain(response.tension),
         "contact_force_n": plain(response.contact_force),
         "indentation_mm": plain(response.indentation, 1e3),

@@ -90,7 +90,7 @@ def trajectory(
     poses = np.concatenate([start, states[:, :, :3]], axis=1)
     moment = np.concatenate([[0.0], sizes])
     return Trajectory(
-        time=np.arange(len(moment)) * (frame_steps * TIME_STEP),
+        time=np.arange(len(moment), dtype=np.float64) * (frame_steps * TIME_STEP),
         moment=np.stack([moment, -moment]),
         flexion=flexion_of(poses),
         **observe(np.repeat(rows, 2, axis=0), poses),

@@ -88,13 +88,14 @@ class GeneticResult:
 
 
 def _call(objective: Objective, x: FloatArray) -> FloatArray:
-    values = np.asarray(objective(x), dtype=np.float64)
+    values = np.array(objective(x), dtype=np.float64)
     if values.shape != (len(x),):
         raise ParameterError(
             f"`objective` returned shape {values.shape} for {len(x)} individuals; "
             f"({len(x)},) is allowed"
         )
-    return np.where(np.isnan(values), -np.inf, values)
+    values[np.isnan(values)] = -np.inf
+    return values
 
 
 def _evolve_one(objective: Objective, population: Population) -> FloatArray:
@@ -125,7 +126,8 @@ def _evolve_one(objective: Objective, population: Population) -> FloatArray:
     )
     population.x = children
     population.generation = generation
-    return population.values.max(keepdims=True)
+    best: FloatArray = population.values.max(keepdims=True)
+    return best
 
 
 def _bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -50,8 +50,12 @@ class SurrogatePair:
         self._weights = weights
         wanted = np.zeros(len(surrogate.weights))
         wanted[: len(weights)] = weights
-        arrays = (surrogate.centres, surrogate.weights, surrogate.tail, wanted)
-        self._arrays = tuple(array.astype(np.float32) for array in arrays)
+        self._arrays = (
+            surrogate.centres.astype(np.float32),
+            surrogate.weights.astype(np.float32),
+            surrogate.tail.astype(np.float32),
+            wanted.astype(np.float32),
+        )
 
     def __call__(self, pairs: FloatArray) -> FloatArray:
         """Return f of `pairs`, shape (n, 2 d) -> (n,), in single precision."""

@@ -51,12 +51,12 @@ class Surrogate:
     @property
     def n_dimensions(self) -> int:
         """Number of inputs d."""
-        return self.points.shape[1]
+        return int(self.points.shape[1])
 
     @property
     def n_values(self) -> int:
         """Number of outputs m."""
-        return self.values.shape[1]
+        return int(self.values.shape[1])
 
     @classmethod
     def fit(cls, points: ArrayLike, values: ArrayLike) -> Self:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._json import DIGITS, plain
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.model.response import MOMENT, Response, status_text
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -19,8 +20,6 @@ from kneecore.space import ParameterSpace
 
 SCHEMA = "kneecore.result/1"
 MAX_BYTES = 50_000_000
-# Display units are rounded to 1e-10, so that reading and writing again changes no byte.
-_DIGITS = 10
 _N_LOADS = len(MOMENT)
 
 FloatArray = NDArray[np.float64]
@@ -35,12 +34,6 @@ _RESPONSE_FIELDS = (
     ("ap_position_mm", "ap_position", 1e3, ()),
     ("tibia_position_mm", "tibia_position", 1e3, (2,)),
 )
-
-
-def _plain(values: Any, factor: float = 1.0) -> Any:
-    """Return numbers as (nested lists of) floats, rounded, null where they are not finite."""
-    array = np.round(np.asarray(values, dtype=np.float64) * factor, _DIGITS) + 0.0
-    return np.where(np.isfinite(array), array.astype(object), None).tolist()
 
 
 def _named(x: FloatArray) -> dict[str, float]:
@@ -74,13 +67,13 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "moment_nm": MOMENT.tolist(),
     }
     for key, field, factor, _ in _RESPONSE_FIELDS:
-        document[key] = {n: _plain(getattr(r, field), factor) for n, r in models.items()}
+        document[key] = {n: plain(getattr(r, field), factor) for n, r in models.items()}
     document["settled"] = {n: r.settled.tolist() for n, r in models.items()}
     document["status"] = {n: r.status for n, r in models.items()}
     document["refinements"] = {n: r.refinements for n, r in models.items()}
-    document["ligament_rest_length_mm"] = {n: _plain(r.rest_length, 1e3) for n, r in models.items()}
+    document["ligament_rest_length_mm"] = {n: plain(r.rest_length, 1e3) for n, r in models.items()}
     document["load_free_position_mm"] = {
-        n: _plain(r.load_free_position, 1e3) for n, r in models.items()
+        n: plain(r.load_free_position, 1e3) for n, r in models.items()
     }
     document["predicted_flexion_deg"] = _predicted(result)
     document["training"] = _training(result)
@@ -89,8 +82,8 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "generations": result.n_generations,
         "training_samples": result.training_samples,
         "options": {k: getattr(result.options, k) for k in GeneticOptions.__dataclass_fields__},
-        "run_values": _plain(result.run_values),
-        "history": _plain(result.history),
+        "run_values": plain(result.run_values),
+        "history": plain(result.history),
     }
     document["baseline"] = {
         "title": space.title,
@@ -111,14 +104,14 @@ def to_document(result: SearchResult) -> dict[str, Any]:
 
 
 def _optional(value: float | None) -> float | None:
-    return None if value is None else round(value, _DIGITS)
+    return None if value is None else round(value, DIGITS)
 
 
 def _predicted(result: SearchResult) -> dict[str, Any] | None:
     if result.predicted_flexion is None:
         return None
     one, two = np.degrees(result.predicted_flexion)
-    return {"model_1": _plain(one), "model_2": _plain(two)}
+    return {"model_1": plain(one), "model_2": plain(two)}
 
 
 def _training(result: SearchResult) -> dict[str, Any] | None:
@@ -128,9 +121,9 @@ def _training(result: SearchResult) -> dict[str, Any] | None:
     return {
         "n_samples": len(result.training_x),
         "n_failed": int(np.count_nonzero(failed)),
-        "loo_rms_deg": _plain(np.nan if result.loo_rms_deg is None else result.loo_rms_deg),
+        "loo_rms_deg": plain(np.nan if result.loo_rms_deg is None else result.loo_rms_deg),
         "parameters": result.training_x.tolist(),
-        "flexion_deg": _plain(result.training_flexion, 180.0 / math.pi),
+        "flexion_deg": plain(result.training_flexion, 180.0 / math.pi),
     }
 
 
@@ -150,11 +143,11 @@ def curves_csv(result: SearchResult) -> str:
     )
     for name, response in result.models.items():
         columns = [
-            _plain(response.flexion, 180.0 / math.pi),
-            *(_plain(response.tension[:, i]) for i in range(len(LIGAMENTS))),
-            _plain(response.contact_force),
-            _plain(response.indentation, 1e3),
-            _plain(response.ap_position, 1e3),
+            plain(response.flexion, 180.0 / math.pi),
+            *(plain(response.tension[:, i]) for i in range(len(LIGAMENTS))),
+            plain(response.contact_force),
+            plain(response.indentation, 1e3),
+            plain(response.ap_position, 1e3),
         ]
         for k, moment in enumerate(MOMENT.tolist()):
             settled = str(bool(response.settled[k])).lower()

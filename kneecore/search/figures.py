@@ -6,7 +6,7 @@ model 1 blue, model 2 orange.
 
 import io
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 COLOURS = {"baseline": "#8c8c8c", "model_1": "#0072B2", "model_2": "#D55E00"}
 LABELS = {"baseline": "baseline", "model_1": "model 1", "model_2": "model 2"}
 _ORDER = np.argsort(-MOMENT)
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -84,7 +84,7 @@ def _moment_angle(result: "SearchResult") -> Figure:
 def _draw_geometry(axes: Axes, x: FloatArray, response: Response, name: str) -> None:
     """Draw circle, plateau line and ligaments at the load-free pose, femur frame, mm."""
     value = dict(zip(NAMES, 1e3 * x, strict=True))
-    style = {"color": COLOURS[name], "linewidth": 1.4}
+    style: dict[str, Any] = {"color": COLOURS[name], "linewidth": 1.4}
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(
         value["condyle_x"] + value["condyle_radius"] * np.cos(turn),

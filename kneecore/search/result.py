@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import __version__
+from kneecore._json import DIGITS
 from kneecore.model.response import MOMENT, Response, RestLength
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.search.knee import Objective
@@ -32,7 +33,7 @@ def versions() -> dict[str, str]:
 
 def _degrees(response: Response, load: int) -> float:
     """Return an angle as files hold it, so that what is derived from it survives a file."""
-    return round(float(np.degrees(response.flexion[load])), 10)
+    return round(float(np.degrees(response.flexion[load])), DIGITS)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

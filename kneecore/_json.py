@@ -1,0 +1,18 @@
+"""Numbers as JSON holds them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+DIGITS = 10
+"""Decimals that are kept in display units: reading and writing again then changes no byte."""
+
+
+def plain(values: ArrayLike, factor: float = 1.0) -> Any:
+    """Return numbers times `factor` as (nested lists of) floats, None where they are not finite."""
+    # Adding 0 turns -0 into 0.
+    array = np.round(np.asarray(values, dtype=np.float64) * factor, DIGITS) + 0.0
+    held = array.astype(object)
+    held[~np.isfinite(array)] = None
+    return held.tolist()
