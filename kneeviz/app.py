@@ -99,6 +99,7 @@ class App:
         viser._client_autobuild.ensure_client_is_built = lambda: None
         self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         wire.refuse_tunnel(self.server)
+        self.server.scene.world_axes.visible = False
         self._place_first_camera()
         self.sessions: dict[int | None, Session] = {}
         self._lock = threading.Lock()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from kneecore import parameter_table
 from kneecore.space import CASES
@@ -23,23 +23,33 @@ RANDOM = "Random, within bounds"
 WORST = ("Worst case, model 1", "Worst case, model 2")
 
 
+class Asked(NamedTuple):
+    """What a browser asked for."""
+
+    handle: Any
+    """The widget."""
+    client_id: int
+    value: Any
+    """What the widget was set to: by now it may have been set to something else."""
+
+
 def on_value(handle: Any, post: Post, key: Hashable) -> None:
-    """Post (widget, client) under `key` whenever a browser changes the widget."""
+    """Post an `Asked` under `key` whenever a browser changes the widget."""
 
     # A coroutine runs on viser's event loop, in the order of arrival, without a pool thread.
     async def changed(event: Any) -> None:
         if event.client is not None:
-            post(key, (handle, event.client.client_id))
+            post(key, Asked(handle, event.client.client_id, event.target.value))
 
     handle.on_update(changed)
 
 
 def on_press(handle: Any, post: Post, key: Hashable) -> None:
-    """Post (widget, client) under `key` whenever a browser presses the button."""
+    """Post an `Asked` under `key` whenever a browser presses the button."""
 
     async def pressed(event: Any) -> None:
         if event.client is not None:
-            post(key, (handle, event.client.client_id))
+            post(key, Asked(handle, event.client.client_id, event.target.value))
 
     handle.on_click(pressed)
 
@@ -99,7 +109,9 @@ class KneeTab:
         rows = [(i, r) for i, r in enumerate(parameter_table()) if r.group == group]
         title = group.upper() if len(group) == 3 else group.capitalize()
         units = ", ".join(dict.fromkeys(r.unit for _, r in rows if r.unit != "-"))
-        with gui.add_folder(f"{title} ({units.replace('^2', '²')})", expand_by_default=group == "acl"):
+        with gui.add_folder(
+            f"{title} ({units.replace('^2', '²')})", expand_by_default=group == "acl"
+        ):
             for index, row in rows:
                 self.sliders.append(self._add_slider(gui, state, index, row))
                 on_value(self.sliders[-1], post, ("param", index))

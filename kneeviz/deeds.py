@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
 from kneeviz import do_files, do_knee, do_lesson, do_search, do_view
+from kneeviz.controls import Asked
 
 if TYPE_CHECKING:
     from kneeviz.session import Session
@@ -27,18 +28,16 @@ _DEEDS: dict[str, Callable[..., None]] = {
 
 def asked_by(value: Any) -> int | None:
     """Return the number of the client whose widget asked, or None."""
-    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], int):
-        return value[1]
-    return None
+    return value.client_id if isinstance(value, Asked) else None
 
 
 def perform(session: "Session", key: Hashable, value: Any) -> None:
     """Do what was asked under `key`.
 
-    `value` is (widget, client number) for what came from a browser.
+    `value` is an `Asked` for what came from a browser.
     """
     name, *rest = key if isinstance(key, tuple) else (key,)
     client_id = asked_by(value)
     if client_id is not None and name != "reject":
-        session.notices.withdraw(client_id, value[0])
+        session.notices.withdraw(client_id, value.handle)
     _DEEDS[name](session, value, *rest)

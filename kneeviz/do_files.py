@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def _download(session: "Session", value: Any, name: str) -> None:
-    client = session.clients().get(value[1])
+    client = session.clients().get(value.client_id)
     if client is None:
         return
     if name == "knee.toml":
         content = session.state.knee_text().encode()
     elif session.state.result is None:
-        session.notices.tell(value[1], "Nothing to download", "No search has been made yet.")
+        session.notices.tell(value.client_id, "Nothing to download", "No search has been made yet.")
         return
     else:
         content = files.result_files(session.state.result, name)

@@ -32,7 +32,7 @@ def _not_ready(session: "Session", value: Any, _rest: Any = None) -> None:
 
 
 def _param(session: "Session", value: Any, index: int) -> None:
-    session.set_parameter(index, float(value[0].value))
+    session.set_parameter(index, float(value.value))
     _name_knee(session, controls.OWN_KNEE)
 
 
@@ -43,7 +43,7 @@ def _name_knee(session: "Session", name: str) -> None:
 
 
 def _preset(session: "Session", value: Any) -> None:
-    choose_preset(session, value[0].value)
+    choose_preset(session, value.value)
 
 
 def choose_preset(session: "Session", name: str) -> None:
@@ -79,10 +79,9 @@ def _reset_group(session: "Session", _value: Any, group: str) -> None:
 
 
 def _bound(session: "Session", value: Any, name: str) -> None:
-    handle, client_id = value
-    state = session.state
+    client_id, state = value.client_id, session.state
     try:
-        state.set_bounds(with_bound(state.bounds, name, handle.value))
+        state.set_bounds(with_bound(state.bounds, name, value.value))
     except KneecoreError as error:
         session.notices.tell(client_id, "Bounds not changed", str(error))
         _mirror_bounds(session)

@@ -18,12 +18,12 @@ def _lesson_press(session: "Session", value: Any) -> None:
         open_step(session, 0)
         return
     for deed in STEPS[session.lesson].press:
-        stage(session, deed, None if value is None else value[1])
+        stage(session, deed, None if value is None else value.client_id)
 
 
 def _lesson_turn(session: "Session", value: Any) -> None:
     at = -1 if session.lesson is None else session.lesson
-    to = at + (1 if value[0].value == "Next" else -1)
+    to = at + (1 if value.value == "Next" else -1)
     if 0 <= to < len(STEPS):
         open_step(session, to)
     else:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def _search(session: "Session", value: Any, search_space: SearchSpace) -> None:
-    start_search(session, search_space, None if value is None else value[1])
+    start_search(session, search_space, None if value is None else value.client_id)
 
 
 def start_search(session: "Session", search_space: SearchSpace, client_id: int | None) -> None:
@@ -79,11 +79,11 @@ def _cancel(session: "Session", value: Any) -> None:
     if session.job is not None:
         session.job.cancel()
     elif value is not None:
-        session.notices.tell(value[1], "Nothing to cancel", "No search is running.")
+        session.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
 def _adopt(session: "Session", value: Any) -> None:
-    choose_preset(session, controls.WORST[0 if value[0].value == "Model 1" else 1])
+    choose_preset(session, controls.WORST[0 if value.value == "Model 1" else 1])
 
 
 DEEDS: dict[str, Callable[..., None]] = {

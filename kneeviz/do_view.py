@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def _play(session: "Session", value: Any) -> None:
-    set_playing(session, value[0].value == "Play")
+    set_playing(session, value.value == "Play")
 
 
 def set_playing(session: "Session", playing: bool) -> None:
@@ -22,11 +22,11 @@ def set_playing(session: "Session", playing: bool) -> None:
 
 def _position(session: "Session", value: Any) -> None:
     set_playing(session, False)
-    session.playback.set_share(float(value[0].value) / 100.0)
+    session.playback.set_share(float(value.value) / 100.0)
 
 
 def _mode(session: "Session", value: Any) -> None:
-    set_mode(session, controls.MODES[value[0].value])
+    set_mode(session, controls.MODES[value.value])
 
 
 def set_mode(session: "Session", mode: str) -> None:
@@ -40,20 +40,19 @@ def set_mode(session: "Session", mode: str) -> None:
 
 
 def _speed(session: "Session", value: Any) -> None:
-    session.playback.speed = float(value[0].value)
+    session.playback.speed = float(value.value)
 
 
 def _loop(session: "Session", value: Any) -> None:
-    session.playback.loop = bool(value[0].value)
+    session.playback.loop = bool(value.value)
 
 
 def _view(session: "Session", value: Any) -> None:
-    handle, client_id = value
     view = session.view.scene
-    if handle.value == "Reset":
-        place_cameras(session, only=client_id)
+    if value.value == "Reset":
+        place_cameras(session, only=value.client_id)
         return
-    spatial = handle.value == "3D"
+    spatial = value.value == "3D"
     if spatial != view.spatial:
         view.spatial = spatial
         view.repaint()
@@ -88,14 +87,14 @@ def _joined(session: "Session", _value: Any, client_id: int) -> None:
 
 
 def _dark(session: "Session", value: Any) -> None:
-    session.view.repaint(session.target.gui, bool(value[0].value))
+    session.view.repaint(session.target.gui, bool(value.value))
     session.view.show_legends(session.overlay)
     show_result(session)
     session.touch()
 
 
 def _forces(session: "Session", value: Any) -> None:
-    set_forces(session, bool(value[0].value))
+    set_forces(session, bool(value.value))
 
 
 def set_forces(session: "Session", shown: bool) -> None:
@@ -106,7 +105,7 @@ def set_forces(session: "Session", shown: bool) -> None:
 
 
 def _overlay(session: "Session", value: Any) -> None:
-    session.show_overlay(bool(value[0].value))
+    session.show_overlay(bool(value.value))
 
 
 def set_overlay(session: "Session", shown: bool) -> None:

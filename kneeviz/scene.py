@@ -221,7 +221,6 @@ class KneeScene:
         self.spatial, self.dark, self.forces = False, False, False
         self._colours = theme.palette(False)
         scene.set_up_direction("+y")
-        scene.world_axes.visible = False
         scene.configure_environment_map(None)
         scene.configure_default_lights(False)
         self._ambient = scene.add_light_ambient("/light/ambient", intensity=float(np.pi))

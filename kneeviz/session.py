@@ -175,6 +175,9 @@ class Session:
         if abs(value - self.slider_value(index)) < 1e-9:
             return  # the browser repeats what it was told, with fewer digits than we keep
         self.state.x[index] = value * SCALE[index]
+        handle = self.view.knee.sliders[index]
+        if handle.value != value:  # set by us while the visitor moved it
+            handle.value = value
         self._morph = None
         if self.model_ready:
             self.show_knee(self.state.x, final=True)

@@ -4,10 +4,10 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from viz.wire_client import WireClient
 
 from kneeviz.app import App
 from kneeviz.session import Session
-from viz.wire_client import WireClient
 
 
 def eventually(condition: Callable[[], object], timeout: float = 15.0) -> None:
@@ -32,6 +32,8 @@ def app() -> Iterator[App]:
 def session(app: App) -> Session:
     """The shared session, back at the baseline and paused."""
     session = app.session
+    if not (session.state.x == session.state.space.baseline).all():
+        session.post("reset_all")
     session.post("reset_all")
     eventually(lambda: (session.state.x == session.state.space.baseline).all())
     eventually(lambda: session._morph is None)

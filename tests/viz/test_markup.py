@@ -48,9 +48,7 @@ def test_readout_shows_angle_moment_and_tensions():
     text = text_of(markup.readout(pose, theme.LIGHT))
     for words in ("24.9°", "flexed", "+0.80 N·m", "extending", "38 N", "14 N", "0 N", "80 N"):
         assert words in text
-    timed = markup.readout(
-        Pose(**{**vars(pose), "time": 3.25}), theme.LIGHT
-    )
+    timed = markup.readout(Pose(**{**vars(pose), "time": 3.25}), theme.LIGHT)
     assert "3.2 s" in text_of(timed)
 
 

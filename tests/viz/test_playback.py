@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import pytest
 
 from kneeviz.playback import RETURN_SECONDS, RUN_RATE, RUN_SECONDS, SWEEP_SECONDS, Playback
@@ -22,7 +24,7 @@ def test_it_swings_from_straight_to_bent_and_back():
 def test_motion_never_jumps_even_where_it_loops(mode):
     playback = Playback(mode=mode)
     shares = run(playback, 2.2 * RUN_SECONDS / RUN_RATE)
-    steps = [abs(b - a) for a, b in zip(shares, shares[1:], strict=False)]
+    steps = [abs(b - a) for a, b in pairwise(shares)]
     assert max(steps) < 0.08
 
 

@@ -53,9 +53,7 @@ def test_a_marked_moment_leaves_the_curve_as_it_was(moment):
     axis = series.moment_axis(moments, [moment])
     curve = series.angles_at(axis, moments, angles)
     within = np.isfinite(curve)
-    np.testing.assert_allclose(
-        curve[within], np.interp(axis[within], moments, angles), atol=1e-9
-    )
+    np.testing.assert_allclose(curve[within], np.interp(axis[within], moments, angles), atol=1e-9)
     assert np.isnan(curve[[0, -1]]).all()
 
 

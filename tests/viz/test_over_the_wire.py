@@ -1,0 +1,520 @@
+"""The real server, spoken to by visitors without a browser."""
+
+import json
+import math
+import threading
+import time
+
+import numpy as np
+import pytest
+from viz.conftest import eventually
+from viz.wire_client import WireClient
+
+import kneecore
+from kneecore import NAMES
+from kneecore._assets import asset_path
+from kneeviz import controls, wire
+from kneeviz.app import App
+from kneeviz.playback import SWEEP_SECONDS
+
+ACL_Y = NAMES.index("acl_femur_y")
+KNEE = asset_path("baseline.toml").read_bytes()
+
+
+def widget(handle):
+    return wire.widget_id(handle)
+
+
+def press(visitor, handle, value=True):
+    visitor.set(widget(handle), value)
+
+
+def curve(visitor, session):
+    """The data of the moment-angle chart as the browser has it: axis and series."""
+    return visitor.props[widget(session.view.curve.handle)]["data"]
+
+
+def current_curve(visitor, session):
+    """The visitor's knee in the chart: (moments, angles) without what is not drawn."""
+    data = curve(visitor, session)
+    n_training = len(data) - 1 - 2 - 5 - 3
+    angles = data[1 + 2 + n_training + 1]
+    drawn = np.isfinite(angles)
+    return data[0][drawn], angles[drawn]
+
+
+def shows(visitor, session, angles):
+    """Tell whether the chart's curve of the visitor's knee has these 12 angles, deg."""
+    drawn = np.interp(kneecore.MOMENT, *current_curve(visitor, session))
+    return np.allclose(drawn, angles, atol=1e-9)
+
+
+def wait_for_result(session, timeout=30.0):
+    eventually(lambda: session.job is None and session.state.result is not None, timeout)
+
+
+def pause(visitor, session):
+    press(visitor, session.view.transport.play, "Pause")
+    eventually(lambda: not session.playback.playing)
+
+
+class TestSliders:
+    def test_a_slider_bends_the_curve_and_moves_the_attachment(self, session, visitor):
+        pause(visitor, session)
+        before = current_curve(visitor, session)
+        line = visitor.scene["/knee/ligament_ACL"]["points"].copy()
+        visitor.set(widget(session.view.knee.sliders[ACL_Y]), 0.5)
+        x = np.array(session.state.space.baseline)
+        x[ACL_Y] = 0.5e-3
+        true = np.degrees(kneecore.simulate(x).flexion)
+        assert np.abs(np.interp(kneecore.MOMENT, *before) - true).max() > 0.1
+        visitor.wait(lambda c: shows(c, session, true))
+        moved = visitor.scene["/knee/ligament_ACL"]["points"].reshape(2, 3)
+        assert moved[0, 1] - line.reshape(2, 3)[0, 1] == pytest.approx(0.8e-3, abs=1e-7)
+
+    def test_the_surrogate_bends_with_it_and_its_error_is_shown(self, session, visitor):
+        visitor.set(widget(session.view.knee.sliders[ACL_Y]), 0.7)
+        eventually(lambda: session.state.current.x[ACL_Y] == pytest.approx(0.7e-3))
+        rms = np.sqrt(
+            np.mean(
+                np.degrees(session.state.predicted - session.state.current.response.flexion) ** 2
+            )
+        )
+        shown = f"{rms:.1f}°"
+        visitor.wait(lambda c: shown in c.props[widget(session.view.error)]["content"])
+
+    def test_a_fast_drag_leaves_everything_at_its_last_value(self, session, visitor):
+        handle = session.view.knee.sliders[ACL_Y]
+        for value in np.linspace(-1.3, 0.7, 200).round(2):
+            visitor.set(widget(handle), float(value))
+            time.sleep(0.005)
+        eventually(lambda: session.state.x[ACL_Y] == pytest.approx(0.7e-3))
+        eventually(lambda: session.state.current.x[ACL_Y] == pytest.approx(0.7e-3))
+        assert handle.value == pytest.approx(0.7)
+        true = np.degrees(kneecore.simulate(session.state.x).flexion)
+        visitor.wait(lambda c: shows(c, session, true))
+
+    def test_resets(self, session, visitor):
+        tab = session.view.knee
+        visitor.set(widget(tab.sliders[ACL_Y]), 0.5)
+        visitor.set(widget(tab.sliders[4]), -9.0)
+        eventually(lambda: session.state.x[4] == pytest.approx(-9e-3))
+        press(visitor, tab.resets["acl"])
+        eventually(lambda: session.state.x[ACL_Y] == session.state.space.baseline[ACL_Y])
+        assert session.state.x[4] == pytest.approx(-9e-3)
+        press(visitor, tab.reset_all)
+        eventually(lambda: (session.state.x == session.state.space.baseline).all())
+        visitor.wait(lambda c: c.values[widget(tab.sliders[4])] == pytest.approx(-9.7))
+
+    def test_reset_repairs_a_browser_that_missed_something(self, session, visitor):
+        uuid = widget(session.view.knee.sliders[0])
+        visitor.values[uuid] = 99.0
+        press(visitor, session.view.knee.reset_all)
+        visitor.wait(lambda c: c.values[uuid] == pytest.approx(-14.0))
+
+    def test_a_preset_and_a_second_visitor_sees_it(self, app, session, visitor):
+        with WireClient(app.server.get_port()) as other:
+            other.wait(lambda c: c.counts.get("ReplayDoneMessage"))
+            press(visitor, session.view.knee.preset, "Larger condyle")
+            uuid = widget(session.view.knee.sliders[NAMES.index("condyle_radius")])
+            other.wait(lambda c: c.values[uuid] == pytest.approx(33.1))
+
+
+class TestBadValues:
+    @pytest.mark.parametrize("bad", [math.nan, 1e9, -1e9, "five", None, True, [1.0], {}])
+    def test_a_bad_slider_value_is_refused_and_told_once(self, session, visitor, bad):
+        handle = session.view.knee.sliders[ACL_Y]
+        before = session.state.x.copy()
+        for _ in range(3):
+            visitor.set(widget(handle), bad)
+        visitor.wait(lambda c: c.notifications)
+        time.sleep(0.2)
+        assert len(visitor.notifications) == 1
+        assert "ACL femur y" in visitor.notifications[0]["props"]["body"]
+        np.testing.assert_array_equal(session.state.x, before)
+        assert visitor.values[widget(handle)] == pytest.approx(handle.value)
+
+    def test_only_the_one_who_sent_it_is_told(self, app, session, visitor):
+        with WireClient(app.server.get_port()) as other:
+            other.wait(lambda c: c.counts.get("ReplayDoneMessage"))
+            visitor.set(widget(session.view.knee.sliders[0]), 1e6)
+            visitor.wait(lambda c: c.notifications)
+            assert other.notifications == []
+
+    def test_a_number_being_typed_is_not_complained_about(self, session, visitor):
+        uuid = widget(session.view.knee.sliders[NAMES.index("condyle_radius")])
+        for typed in (3, 32, 32.5):
+            visitor.set(uuid, typed)
+            time.sleep(0.05)
+        eventually(lambda: session.state.x[NAMES.index("condyle_radius")] == pytest.approx(32.5e-3))
+        time.sleep(1.0)
+        assert visitor.notifications == []
+
+    def test_attributes_of_widgets_cannot_be_set(self, session, visitor):
+        handle = session.view.knee.sliders[0]
+        uuid = widget(handle)
+        visitor.update(uuid, {"uuid": "taken"})
+        visitor.update(uuid, {"value": -14.2, "max": 99.0})
+        visitor.wait(lambda c: c.notifications)
+        assert widget(handle) == uuid
+        assert handle.max == pytest.approx(-13.0)
+
+    def test_a_disabled_button_does_nothing(self, app, visitor):
+        session = app.session
+        button = session.view.files.result["result.json"]
+        disabled, button.disabled = button.disabled, True
+        press(visitor, button)
+        visitor.wait(lambda c: c.notifications)
+        assert visitor.downloads == {}
+        button.disabled = disabled
+
+    def test_garbage_ends_that_connection_only(self, app, session, visitor):
+        with WireClient(app.server.get_port()) as broken:
+            broken.send_raw(b"\xc1\xc1 garbage")
+        visitor.set(widget(session.view.knee.sliders[0]), -14.4)
+        eventually(lambda: session.state.x[0] == pytest.approx(-14.4e-3))
+
+
+class TestBounds:
+    @pytest.fixture(autouse=True)
+    def restore(self, session, visitor):
+        yield
+        tab = session.view.knee
+        visitor.set(widget(tab.case), "both")
+        visitor.set(widget(tab.bounds["geometry_mm"]), 1.0)
+        visitor.set(widget(tab.bounds["material_percent"]), 10.0)
+        eventually(lambda: session.state.space.n_free == 28)
+        eventually(lambda: tab.sliders[0].max == pytest.approx(-13.0))
+
+    def test_ranges_follow_the_bounds_and_the_surrogate_is_fitted_anew(self, session, visitor):
+        old = session.state.surrogate
+        visitor.set(widget(session.view.knee.bounds["geometry_mm"]), 0.5)
+        uuid = widget(session.view.knee.sliders[0])
+        visitor.wait(lambda c: c.props[uuid]["max"] == pytest.approx(-13.5))
+        eventually(lambda: session.state.surrogate not in (None, old))
+        assert session.state.surrogate.space is session.state.space
+
+    def test_held_parameters_are_shut(self, session, visitor):
+        visitor.set(widget(session.view.knee.case), "material")
+        stiff, place = NAMES.index("acl_stiffness"), 0
+        uuid = widget(session.view.knee.sliders[place])
+        visitor.wait(lambda c: c.props[uuid]["disabled"])
+        assert not session.view.knee.sliders[stiff].disabled
+        visitor.set(uuid, -14.0)
+        visitor.wait(lambda c: c.notifications)
+
+    def test_impossible_bounds_are_told_and_put_back(self, session, visitor):
+        tab = session.view.knee
+        visitor.set(widget(tab.case), "material")
+        eventually(lambda: session.state.bounds.case == "material")
+        visitor.set(widget(tab.bounds["material_percent"]), 0.0)
+        visitor.wait(lambda c: c.notifications)
+        assert session.state.bounds.material_percent != 0.0
+        visitor.wait(
+            lambda c: c.values[widget(tab.bounds["material_percent"])] == pytest.approx(10.0)
+        )
+
+
+class TestMotion:
+    def test_it_moves_at_thirty_frames_a_second(self, session, visitor):
+        press(visitor, session.view.transport.play, "Play")
+        eventually(lambda: session.playback.playing)
+        time.sleep(0.2)
+        before = visitor.counts["SetOrientationMessage"]
+        time.sleep(2.0)
+        frames = visitor.counts["SetOrientationMessage"] - before
+        assert 45 <= frames <= 66
+        pause(visitor, session)
+
+    def test_its_pace_is_that_of_the_clock(self, session, visitor):
+        pause(visitor, session)
+        session.playback.set_share(0.5)
+        press(visitor, session.view.transport.play, "Play")
+        eventually(lambda: session.playback.playing)
+        start, phase = time.monotonic(), session.playback.phase
+        time.sleep(1.0)
+        passed = (session.playback.phase - phase) * SWEEP_SECONDS
+        assert passed == pytest.approx(time.monotonic() - start, abs=0.15)
+        pause(visitor, session)
+
+    def test_dragging_the_position_pauses_and_goes_there(self, session, visitor):
+        press(visitor, session.view.transport.play, "Play")
+        eventually(lambda: session.playback.playing)
+        visitor.set(widget(session.view.transport.position), 100.0)
+        eventually(lambda: not session.playback.playing)
+        visitor.wait(
+            lambda c: "119.0°" in c.props[widget(session.view.transport.readout)]["content"]
+        )
+
+    def test_the_marker_on_the_curve_is_the_pose_on_screen(self, session, visitor):
+        pause(visitor, session)
+        visitor.set(widget(session.view.transport.position), 40.0)
+        eventually(lambda: session.playback.share == pytest.approx(0.4))
+        pose = session.poses()[0]
+
+        def marked(client):
+            data = curve(client, session)
+            dot = np.flatnonzero(np.isfinite(data[-3]))
+            return len(dot) == 1 and (data[0][dot[0]], data[-3][dot[0]])
+
+        def there(client):
+            spot = marked(client)
+            return spot and abs(spot[0] - pose.moment) < 1e-9
+
+        visitor.wait(there)
+        assert marked(visitor)[1] == pytest.approx(np.degrees(pose.flexion))
+        turn = visitor.scene["/knee/tibia"]["wxyz"]
+        assert -2.0 * math.atan2(turn[3], turn[0]) == pytest.approx(pose.flexion)
+
+    def test_the_true_dynamics(self, session, visitor):
+        look = session.view.look
+        visitor.set(widget(look.mode), "In time, flexing")
+        eventually(lambda: session.playback.mode == "flexion")
+        pause(visitor, session)
+        visitor.set(widget(session.view.transport.position), 100.0)
+        eventually(lambda: session.playback.share == pytest.approx(1.0))
+        run = kneecore.trajectory(session.state.x)
+        eventually(lambda: session.poses()[0].flexion == pytest.approx(float(run.flexion[1, -1])))
+        visitor.wait(
+            lambda c: "23.0 s" in c.props[widget(session.view.transport.readout)]["content"]
+        )
+        visitor.set(widget(look.mode), "Through the loads")
+        eventually(lambda: session.playback.mode == "sweep")
+
+    def test_nobody_looking_costs_no_frames(self, app, session):
+        eventually(lambda: not app.server.get_clients())
+        session.playback.play(True)
+        session.post("loop", controls.Asked(session.view.look.loop, -1, True))
+        time.sleep(0.7)
+        frame = session._frame
+        time.sleep(1.0)
+        assert session._frame - frame < 8
+        session.playback.play(False)
+
+
+class TestSearch:
+    def test_a_surrogate_search_to_its_end(self, session, visitor):
+        session.state.result = None
+        press(visitor, session.view.search.surrogate)
+        wait_for_result(session)
+        result = session.state.result
+        np.testing.assert_array_equal(result.x, kneecore.worst_case(threads=1).x)
+        found = widget(session.view.search.found)
+        visitor.wait(lambda c: "true model" in c.props[found]["content"])
+        assert "surrogate" in visitor.props[found]["content"]
+        visitor.wait(lambda c: c.props[widget(session.view.search.overlay)]["visible"])
+        assert (
+            "python -m kneecore.search"
+            in visitor.props[widget(session.view.search.table)]["content"]
+        )
+
+    def test_both_knees_stand_at_the_same_moment(self, session, visitor):
+        if session.state.result is None:
+            press(visitor, session.view.search.surrogate)
+            wait_for_result(session)
+        pause(visitor, session)
+        session.post("overlay", controls.Asked(session.view.search.overlay, -1, True))
+        for position in (0.0, 30.0, 80.0):
+            visitor.set(widget(session.view.transport.position), position)
+            eventually(
+                lambda p=position: session.playback.share == pytest.approx(p / 100, abs=1e-3)
+            )
+            own, one, two = session.poses()
+            assert one.moment == two.moment == own.moment
+        turns = []
+        for name in ("/worst_1/tibia", "/worst_2/tibia"):
+            visitor.wait(lambda c, n=name: "wxyz" in c.scene.get(n, {}))
+            turns.append(-2 * math.atan2(*(visitor.scene[name]["wxyz"][i] for i in (3, 0))))
+        visitor.wait(
+            lambda c: (
+                -2 * math.atan2(*(c.scene["/worst_1/tibia"]["wxyz"][i] for i in (3, 0)))
+                == pytest.approx(one.flexion)
+            )
+        )
+
+    def test_the_overlay_can_be_hidden(self, session, visitor):
+        if session.state.result is None:
+            press(visitor, session.view.search.surrogate)
+            wait_for_result(session)
+        visitor.set(widget(session.view.search.overlay), False)
+        eventually(lambda: not session.overlay)
+        eventually(lambda: not session.view.scene.overlays[0].visible)
+        visitor.set(widget(session.view.search.overlay), True)
+        eventually(lambda: session.view.scene.overlays[0].visible)
+
+    def test_make_a_model_mine(self, session, visitor):
+        if session.state.result is None:
+            press(visitor, session.view.search.surrogate)
+            wait_for_result(session)
+        press(visitor, session.view.search.adopt, "Model 2")
+        eventually(lambda: np.array_equal(session.state.x, session.state.result.x[1]))
+        assert session.view.knee.preset.value == controls.WORST[1]
+
+    def test_a_true_model_search_is_cancelled_and_the_old_result_stands(self, session, visitor):
+        press(visitor, session.view.search.surrogate)
+        wait_for_result(session)
+        before = session.state.result
+        press(visitor, session.view.search.model)
+        eventually(lambda: session.job is not None)
+        progress = widget(session.view.search.progress)
+        visitor.wait(lambda c: (c.values.get(progress) or 0) > 0)
+        start = time.monotonic()
+        press(visitor, session.view.search.cancel)
+        eventually(lambda: session.job is None)
+        assert time.monotonic() - start < 2.0
+        assert session.state.result is before
+        assert not session.view.search.model.disabled
+        visitor.wait(
+            lambda c: "cancelled" in c.props[widget(session.view.transport.status)]["content"]
+        )
+
+    def test_a_second_search_at_once_is_refused_and_told(self, session, visitor):
+        session.post(("search", "model"), None)
+        eventually(lambda: session.job is not None)
+        job = session.job
+        session.post(
+            ("search", "surrogate"), controls.Asked(None, next(iter(session.clients())), True)
+        )
+        visitor.wait(lambda c: c.notifications)
+        assert session.job is job
+        session.post("cancel", None)
+        eventually(lambda: session.job is None)
+
+    def test_a_visitor_who_leaves_during_a_search_stops_nothing(self, app, session):
+        with WireClient(app.server.get_port()) as leaving:
+            leaving.wait(lambda c: c.counts.get("ReplayDoneMessage"))
+            eventually(lambda: app.server.get_clients())
+            session.state.result = None
+            press(leaving, session.view.search.surrogate)
+            eventually(lambda: session.job is not None or session.state.result is not None)
+        wait_for_result(session)
+
+    def test_a_result_of_older_bounds_is_greyed(self, session, visitor):
+        press(visitor, session.view.search.surrogate)
+        wait_for_result(session)
+        geometry = session.view.knee.bounds["geometry_mm"]
+        visitor.set(widget(geometry), 0.8)
+        found = widget(session.view.search.found)
+        visitor.wait(lambda c: "Bounds changed" in c.props[found]["content"])
+        visitor.set(widget(geometry), 1.0)
+        visitor.wait(lambda c: "Bounds changed" not in c.props[found]["content"])
+
+
+class TestFiles:
+    def upload(self, visitor, session, name, content, **options):
+        visitor.upload(widget(session.view.files.upload), name, content, **options)
+
+    def test_a_knee_goes_out_and_comes_back_without_moving(self, session, visitor):
+        visitor.set(widget(session.view.knee.sliders[ACL_Y]), 0.25)
+        eventually(lambda: session.state.x[ACL_Y] == pytest.approx(0.25e-3))
+        x = session.state.x.copy()
+        press(visitor, session.view.files.knee)
+        visitor.wait(lambda c: b"[current]" in c.downloads.get("knee.toml", b""))
+        press(visitor, session.view.knee.reset_all)
+        eventually(lambda: session.state.x[ACL_Y] != x[ACL_Y])
+        self.upload(visitor, session, "knee.toml", visitor.downloads["knee.toml"])
+        eventually(lambda: np.array_equal(session.state.x, x))
+        np.testing.assert_array_equal(
+            session.state.space.baseline, kneecore.packaged_knee().baseline
+        )
+        assert visitor.notifications == []
+
+    def test_the_command_line_reads_what_the_app_downloads(self, session, visitor, tmp_path):
+        press(visitor, session.view.search.surrogate)
+        wait_for_result(session)
+        for name in ("result.json", "curves.csv"):
+            press(visitor, session.view.files.result[name])
+            visitor.wait(lambda c, n=name: len(c.downloads.get(n, b"")) > 500)
+        path = tmp_path / "result.json"
+        path.write_bytes(visitor.downloads["result.json"])
+        from kneecore.search.result import SearchResult
+
+        loaded = SearchResult.load(path)
+        np.testing.assert_array_equal(loaded.x, session.state.result.x)
+        assert visitor.downloads["curves.csv"].decode() == loaded.curves_csv()
+
+    def test_the_app_reads_what_the_command_line_writes(self, session, visitor):
+        result = kneecore.worst_case(pop_size=20, n_generations=4, seed=5)
+        self.upload(visitor, session, "result.json", result.to_json().encode())
+        eventually(lambda: session.state.result is not None and session.state.result.seed == 5)
+        np.testing.assert_array_equal(session.state.result.x, result.x)
+
+    @pytest.mark.parametrize(
+        ("name", "content"),
+        [
+            ("bad.toml", b"\xff\xfe\xfa"),
+            ("bad.json", b"{]"),
+            ("empty", b""),
+            ("old.json", json.dumps({"schema": "kneecore.result/77"}).encode()),
+            ("old.toml", KNEE.replace(b"kneecore.knee/1", b"kneecore.knee/77")),
+        ],
+    )
+    def test_a_corrupt_upload_is_told_once_and_changes_nothing(
+        self, session, visitor, name, content
+    ):
+        x, result = session.state.x.copy(), session.state.result
+        self.upload(visitor, session, name, content)
+        visitor.wait(lambda c: c.notifications)
+        time.sleep(0.1)
+        assert len(visitor.notifications) == 1
+        assert name in visitor.notifications[0]["props"]["body"]
+        np.testing.assert_array_equal(session.state.x, x)
+        assert session.state.result is result
+
+    def test_an_oversized_upload_is_refused_before_it_is_sent(self, session, visitor):
+        self.upload(visitor, session, "big.json", b"x" * 100, size=wire.MAX_UPLOAD + 1)
+        visitor.wait(lambda c: c.notifications)
+        assert "bytes" in visitor.notifications[0]["props"]["body"]
+        assert not session.target.gui._current_file_upload_states
+
+    def test_an_upload_larger_than_announced_is_dropped(self, session, visitor):
+        self.upload(visitor, session, "liar.json", b"x" * 1000, size=10)
+        visitor.wait(lambda c: c.notifications)
+        assert not session.target.gui._current_file_upload_states
+
+    def test_a_title_with_markup_is_shown_as_text(self, session, visitor):
+        content = KNEE.replace(b'title = "Packaged baseline"', b'title = "<img src=x>"')
+        self.upload(visitor, session, "evil.toml", content)
+        status = widget(session.view.transport.status)
+        visitor.wait(lambda c: "&lt;img" in c.props[status]["content"])
+        assert "<img" not in visitor.props[status]["content"]
+        self.upload(visitor, session, "baseline.toml", KNEE)
+        visitor.wait(lambda c: "Packaged" in c.props[status]["content"])
+
+
+def test_the_lesson_runs_from_its_first_to_its_last_step(session, visitor):
+    from kneeviz.lesson import STEPS
+
+    learn = session.view.learn
+    press(visitor, learn.press)
+    for number, step in enumerate(STEPS):
+        eventually(lambda n=number: session.lesson == n)
+        visitor.wait(lambda c, s=step: s.title in c.props[widget(learn.page)]["content"])
+        press(visitor, learn.press)
+        time.sleep(0.1)
+        press(visitor, learn.turn, "Next")
+    eventually(lambda: session.lesson is None)
+    wait_for_result(session)
+    assert visitor.notifications == []
+    pause(visitor, session)
+
+
+def test_per_visitor_each_has_a_knee_of_his_own():
+    app = App(port=0, shared=False)
+    try:
+        port = app.server.get_port()
+        with WireClient(port) as one, WireClient(port) as two:
+            eventually(lambda: len(app.sessions) == 2)
+            first, second = (app.sessions[k] for k in sorted(app.sessions))
+            eventually(lambda: first.model_ready and second.model_ready, 60)
+            one.wait(lambda c: widget(first.view.knee.sliders[ACL_Y]) in c.values)
+            one.set(widget(first.view.knee.sliders[ACL_Y]), 0.5)
+            eventually(lambda: first.state.x[ACL_Y] == pytest.approx(0.5e-3))
+            assert second.state.x[ACL_Y] == pytest.approx(-0.3e-3)
+            two.set(widget(second.view.knee.sliders[ACL_Y]), 1e9)
+            two.wait(lambda c: c.notifications)
+            assert one.notifications == []
+        eventually(lambda: app.sessions == {})
+        assert not [t for t in threading.enumerate() if t.name == "view" and t.is_alive()][1:]
+    finally:
+        app.stop()
