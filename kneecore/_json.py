@@ -13,6 +13,6 @@ def plain(values: ArrayLike, factor: float = 1.0) -> Any:
     """Return numbers times `factor` as (nested lists of) floats, None where they are not finite."""
     # Adding 0 turns -0 into 0.
     array = np.round(np.asarray(values, dtype=np.float64) * factor, DIGITS) + 0.0
-    held = array.astype(object)
+    held = np.array(array, dtype=object)
     held[~np.isfinite(array)] = None
     return held.tolist()
