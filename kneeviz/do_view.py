@@ -84,6 +84,7 @@ def _joined(session: "Session", _value: Any, client_id: int) -> None:
     client = session.clients().get(client_id)
     if client is not None:
         place_camera(client, session.view.scene.spatial)
+        wire.watch_charts(client)
 
 
 def _dark(session: "Session", value: Any) -> None:

@@ -50,6 +50,26 @@ def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
+_WATCH_CHARTS = """(() => {
+  clearInterval(window.__kneevizCharts);
+  window.__kneevizCharts = setInterval(() => {
+    for (const { chart } of Object.values(window.__viserTestpoints?.uplots ?? {})) {
+      if (chart.width > 0 && chart.axes.some((axis) => axis.show && !axis._values?.length))
+        chart.redraw(false, true);
+    }
+  }, 300);
+})();"""
+
+
+def watch_charts(client: viser.ClientHandle) -> None:
+    """Let this client draw the numbers on an axis that has lost them.
+
+    When a chart gets its size and new data in one go, uPlot's redraw forgets that the axes must be
+    measured again, and an axis that was measured at width 0 stays empty.
+    """
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
+
+
 def force_value(gui: Any, handle: Any) -> None:
     """Send a widget's value even if the server believes that the browser has it."""
     gui._websock_interface.queue_message(
@@ -198,5 +218,6 @@ __all__ = [
     "set_camera_lock",
     "update_fault",
     "upload_fault",
+    "watch_charts",
     "widget_id",
 ]

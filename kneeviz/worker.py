@@ -44,6 +44,11 @@ class Mailbox:
             self._asked.clear()
             return actions
 
+    @property
+    def closed(self) -> bool:
+        """Whether the mailbox has been closed."""
+        return self._closed
+
     def close(self) -> None:
         """End the taking thread; later posts are dropped."""
         with self._ready:
@@ -93,6 +98,14 @@ class Worker:
             try:
                 due = self._step(actions)
             except Exception as error:
-                _LOG.exception("a step of the view failed")
                 due = None
-                self._on_error(error)
+                self._report(error)
+
+    def _report(self, error: Exception) -> None:
+        if self.mailbox.closed:
+            return  # the visitor has left, and his handles with him
+        _LOG.exception("a step of the view failed", exc_info=error)
+        try:
+            self._on_error(error)
+        except Exception:
+            _LOG.exception("and it could not be told")

@@ -515,6 +515,6 @@ def test_per_visitor_each_has_a_knee_of_his_own():
             two.wait(lambda c: c.notifications)
             assert one.notifications == []
         eventually(lambda: app.sessions == {})
-        assert not [t for t in threading.enumerate() if t.name == "view" and t.is_alive()][1:]
+        eventually(lambda: not any(t.name == "view" for t in threading.enumerate()))
     finally:
         app.stop()
