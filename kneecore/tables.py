@@ -1,6 +1,7 @@
 """Plain tables for terminals and notebooks."""
 
 import io
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -44,11 +45,15 @@ def degrees(value: float) -> str:
     return f"{np.degrees(value):.2f}" if np.isfinite(value) else "failed"
 
 
-def response_table(response: "Response") -> str:
-    """Return one knee's response as text."""
-    columns = ["moment N m", "flexion deg"] + [f"{name.upper()} N" for name in LIGAMENTS]
-    columns += ["contact N", "indentation mm", "AP mm", "settled"]
+def response_table(response: "Response", at_rest: "Response | None" = None) -> str:
+    """Return one knee's response as text, with the angles `at_rest` if they are given."""
+    columns = ["load N m", "flexion deg"] + [f"{name.upper()} N" for name in LIGAMENTS]
+    columns += ["contact N", "indent mm", "AP mm", "settled"]
+    beside = at_rest is not None and math.isnan(at_rest.lost_at)
+    if beside:
+        columns.append("at rest")
     rows = table(f"Response (status: {response.status})", *columns)
+    rows.collapse_padding = True  # all columns fit the width
     for k in np.argsort(-response.moment):
         numbers = [*response.tension[k], response.contact_force[k]]
         rows.add_row(
@@ -58,9 +63,14 @@ def response_table(response: "Response") -> str:
             f"{1e3 * response.indentation[k]:.2f}",
             f"{1e3 * response.ap_position[k]:.2f}",
             "yes" if response.settled[k] else "no",
+            *([degrees(at_rest.flexion[k])] if at_rest is not None and beside else []),
         )
     rest = ", ".join(
         f"{name.upper()} {1e3 * value:.3f}"
         for name, value in zip(LIGAMENTS, response.rest_length, strict=True)
     )
-    return render([rows, Text(f"Rest lengths, mm: {rest}")])
+    below = [Text(f"Rest lengths, mm: {rest}")]
+    lost_at = response.lost_at if at_rest is None else at_rest.lost_at
+    if not math.isnan(lost_at):
+        below.append(Text(f"No equilibrium could be followed to {lost_at:+g} N m: dynamics shown."))
+    return render([rows, *below])

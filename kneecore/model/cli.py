@@ -31,11 +31,14 @@ class Options:
     that the file's baseline fixes. Unset: the packaged baseline."""
     rest_length: Literal["recomputed", "fixed"] = "recomputed"
     """Ligaments strain-free in the knee's own load-free pose, or as long as the baseline's."""
+    solver: Literal["dynamics", "equilibrium"] = "dynamics"
+    """The motion over 23 s, as in the paper, or the knee at rest under each load. Where the motion
+    has not come to rest, the angle at rest is shown too."""
     json: bool = False
     """Print one JSON object instead of the table."""
 
 
-def _document(response: "Response", title: str) -> dict[str, Any]:
+def _document(response: "Response", at_rest: "Response | None", title: str) -> dict[str, Any]:
     from kneecore._json import plain
 
     return {
@@ -43,6 +46,7 @@ def _document(response: "Response", title: str) -> dict[str, Any]:
         "title": title,
         "status": response.status,
         "refinements": response.refinements,
+        "lost_at_nm": plain(response.lost_at),
         "moment_nm": response.moment.tolist(),
         "flexion_deg": plain(response.flexion, 180.0 / math.pi),
         "tension_n": plain(response.tension),
@@ -50,6 +54,7 @@ def _document(response: "Response", title: str) -> dict[str, Any]:
         "indentation_mm": plain(response.indentation, 1e3),
         "ap_position_mm": plain(response.ap_position, 1e3),
         "settled": response.settled.tolist(),
+        "flexion_at_rest_deg": at_rest and plain(at_rest.flexion, 180.0 / math.pi),
         "ligament_rest_length_mm": plain(response.rest_length, 1e3),
     }
 
@@ -57,16 +62,26 @@ def _document(response: "Response", title: str) -> dict[str, Any]:
 def _run(options: Options) -> int:
     from kneecore.knee_file import packaged_knee, read_knee
     from kneecore.model.response import simulate
+    from kneecore.tables import response_table
 
     knee = packaged_knee() if options.baseline is None else read_knee(options.baseline)
     x = knee.baseline if knee.current is None else knee.current
-    response = simulate(x, baseline=knee.baseline, rest_length=options.rest_length)
+    response = simulate(
+        x, baseline=knee.baseline, rest_length=options.rest_length, solver=options.solver
+    )
+    at_rest = None
+    if options.solver == "dynamics" and response.n_unsettled:
+        at_rest = simulate(
+            x, baseline=knee.baseline, rest_length=options.rest_length, solver="equilibrium"
+        )
     which = knee.title if knee.current is None else f"{knee.title}, current knee"
     if options.json:
-        _cli.put(json.dumps(_document(response, which), allow_nan=False, ensure_ascii=False))
+        _cli.put(
+            json.dumps(_document(response, at_rest, which), allow_nan=False, ensure_ascii=False)
+        )
     else:
         _cli.put(f"{which}. {knee.note or ''}".rstrip())
-        _cli.put(str(response))
+        _cli.put(response_table(response, at_rest))
     return _cli.DONE if response.status != "failed" else _cli.NO_ANSWER
 
 

@@ -11,6 +11,7 @@ Examples
 np.float64(-3.72)
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -21,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ParameterError
 from kneecore.knee_file import packaged_knee
 from kneecore.model.dynamics import MOMENTS, flexion_of, respond
+from kneecore.model.equilibrium import settle
 from kneecore.model.observe import observe
 from kneecore.model.pose import ORIGIN_X, ORIGIN_Y, constants, rest_lengths
 from kneecore.parameters import check_physical
@@ -30,12 +32,14 @@ __all__ = [
     "Response",
     "ResponseBatch",
     "RestLength",
+    "Solver",
     "simulate",
     "simulate_batch",
     "status_text",
 ]
 
 RestLength = Literal["recomputed", "fixed"]
+Solver = Literal["dynamics", "equilibrium"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -68,13 +72,17 @@ class Response:
     tibia_position: FloatArray
     """Origin of the tibia in the femur frame, shape (12, 2), m."""
     settled: BoolArray
-    """Whether the angle changed by less than 0.2 deg in the load's last 0.5 s, shape (12,)."""
+    """Whether the angle changed by less than 0.2 deg in the load's last 0.5 s, shape (12,); true of
+    every equilibrium."""
     refinements: int
     """How often the time step was halved; -1 if the model failed all the same."""
     rest_length: FloatArray
     """Of the four ligaments, shape (4,), m."""
     load_free_position: FloatArray
     """Origin of the tibia in the load-free pose (54.79 deg), shape (2,), m."""
+    lost_at: float = math.nan
+    """Moment (N m, extension positive) at which no equilibrium was left to follow: this response is
+    then the dynamics'. NaN if all were found, or never asked for."""
 
     @property
     def status(self) -> str:
@@ -118,6 +126,8 @@ class ResponseBatch:
     """Shape (n, 4), m."""
     load_free_position: FloatArray
     """Shape (n, 2), m."""
+    lost_at: FloatArray
+    """Shape (n,), N m; NaN where no equilibrium was lost."""
 
     def __len__(self) -> int:
         return len(self.refinements)
@@ -135,6 +145,7 @@ class ResponseBatch:
             refinements=int(self.refinements[index]),
             rest_length=self.rest_length[index],
             load_free_position=self.load_free_position[index],
+            lost_at=float(self.lost_at[index]),
         )
 
     def __iter__(self) -> Iterator[Response]:
@@ -156,6 +167,11 @@ class ResponseBatch:
         return int(np.count_nonzero(self.failed))
 
     @property
+    def n_lost(self) -> int:
+        """Number of models that lost their equilibrium, failed ones included."""
+        return int(np.count_nonzero(~np.isnan(self.lost_at)))
+
+    @property
     def n_unsettled(self) -> int:
         """Number of models, failed ones apart, that had not come to rest at some load."""
         return int(np.count_nonzero(~self.settled.all(axis=1) & ~self.failed))
@@ -163,7 +179,7 @@ class ResponseBatch:
     def __repr__(self) -> str:
         return (
             f"ResponseBatch({len(self)} models: {self.n_failed} failed, "
-            f"{self.n_unsettled} with an unsettled load)"
+            f"{self.n_unsettled} with an unsettled load, {self.n_lost} without an equilibrium)"
         )
 
 
@@ -188,6 +204,7 @@ def simulate_batch(
     *,
     baseline: ArrayLike | None = None,
     rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
     threads: int | None = None,
 ) -> ResponseBatch:
     """Simulate many knees through the load programme, both directions.
@@ -201,6 +218,10 @@ def simulate_batch(
     rest_length : {"recomputed", "fixed"}
         Whether each model's ligaments are strain-free in its own load-free pose, or all models
         have the baseline's rest lengths.
+    solver : {"dynamics", "equilibrium"}
+        Whether to integrate the motion over 23 s, as the paper does, or to solve for the knee at
+        rest under each load. A knee that has no equilibrium to follow gets the dynamics' response,
+        marked by `lost_at`.
     threads : int, optional
         Threads to use; all cores for None. The numbers do not depend on it.
 
@@ -213,8 +234,14 @@ def simulate_batch(
     ParameterError
         If an argument is not allowed.
     """
+    if solver not in get_args(Solver):
+        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
     rows = prepare(X, baseline, rest_length)
-    poses, settled, refinements = respond(rows, threads)
+    if solver == "equilibrium":
+        poses, settled, refinements, lost_at = settle(rows, threads)
+    else:
+        poses, settled, refinements = respond(rows, threads)
+        lost_at = np.full(len(rows), np.nan)
     return ResponseBatch(
         flexion=flexion_of(poses),
         moment=MOMENT,
@@ -222,6 +249,7 @@ def simulate_batch(
         refinements=refinements,
         rest_length=rest_lengths(rows),
         load_free_position=rows[:, [ORIGIN_X, ORIGIN_Y]],
+        lost_at=lost_at,
         **observe(rows, poses),
     )
 
@@ -231,6 +259,7 @@ def simulate(
     *,
     baseline: ArrayLike | None = None,
     rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
 ) -> Response:
     """Simulate one knee through the load programme; `simulate_batch` for one `x` of shape (28,).
 
@@ -242,4 +271,6 @@ def simulate(
     checked = check_physical(x, "x")
     if checked.ndim != 1:
         raise ParameterError(f"`x` has shape {checked.shape}; (28,) is allowed")
-    return simulate_batch(checked[None], baseline=baseline, rest_length=rest_length)[0]
+    return simulate_batch(checked[None], baseline=baseline, rest_length=rest_length, solver=solver)[
+        0
+    ]

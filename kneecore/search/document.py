@@ -181,6 +181,7 @@ def _response(document: dict[str, Any], name: str) -> Response:
         refinements=refinements,
         rest_length=_array(document["ligament_rest_length_mm"][name], (4,), "rest") / 1e3,
         load_free_position=_array(document["load_free_position_mm"][name], (2,), "position") / 1e3,
+        lost_at=math.nan,
         **fields,
     )
 
