@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.knee_file import packaged_knee as packaged_knee
     from kneecore.knee_file import parameter_table as parameter_table
     from kneecore.knee_file import read_knee as read_knee
+    from kneecore.model.gradient import flexion_gradient as flexion_gradient
     from kneecore.model.response import MOMENT as MOMENT
     from kneecore.model.response import Response as Response
     from kneecore.model.response import ResponseBatch as ResponseBatch
@@ -59,6 +60,7 @@ _HOME = {
     "packaged_knee": "knee_file",
     "parameter_table": "knee_file",
     "read_knee": "knee_file",
+    "flexion_gradient": "model.gradient",
     "MOMENT": "model.response",
     "Response": "model.response",
     "ResponseBatch": "model.response",

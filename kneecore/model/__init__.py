@@ -1,4 +1,4 @@
-"""The 2D dynamic knee: forces, load-free pose, dynamics, response. It knows no optimiser.
+"""The 2D dynamic knee: forces, load-free pose, motion, equilibria. It knows no optimiser.
 
 The mechanics are those of Machado et al. 2010 (Nonlinear Dyn. 60:459-478) as Ciszkiewicz & Dumas
 2024 (Front. Mech. Eng. 10:1392616) use them; the baseline's values are a reconstruction.
@@ -32,6 +32,11 @@ Motion
 Settled
     A load has settled if theta changed by less than 0.2 deg in its last 0.5 s. At 0.1 N m damping
     limits the turn to 0.07 rad/s, so that a very lax knee cannot come to rest within 7 s.
+Equilibrium
+    The other way to a response: the knee at rest under each load, by the potential that all forces
+    but damping come from. Loads rise from the load-free pose, and each equilibrium is the one that
+    the last one leads to; where none is left to lead to, the load is reported (``lost_at``) and the
+    motion's response taken.
 Status
     A run that turns non-finite, turns by 150 deg or more from theta_0, or has more than 5 mJ of
     kinetic energy at the end of a load is repeated with the time step halved, up to three times:

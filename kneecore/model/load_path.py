@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from kneecore._jit import kernel
 from kneecore.model.dynamics import TURN_LIMIT
-from kneecore.model.forces import sin_cos
 from kneecore.model.pose import ORIGIN_X, ORIGIN_Y
-from kneecore.model.potential import contact_terms, ligament_terms
+from kneecore.model.potential import all_terms
 
 TURN_STEP = math.radians(0.25)
 _FLOOR = 1e-2  # N/m: the smallest pivot of the translation
@@ -33,28 +32,13 @@ FloatArray = NDArray[np.float64]
 
 
 @kernel
-def _terms(row: FloatArray, x: float, y: float, psi: float, h: FloatArray) -> None:
-    """Fill `h` (10,) with energy, gradient and Hessian in the order of `ligament_terms`."""
-    s, c = sin_cos(psi)
-    e = contact_terms(row[24], row[25], row[26], row[28], row[29], row[27], row[30], x, y, s, c)
-    for t in range(10):
-        h[t] = e[t]
-    for i in range(0, 24, 6):
-        e = ligament_terms(
-            row[i], row[i + 1], row[i + 2], row[i + 3], row[i + 4], row[i + 5], x, y, s, c
-        )
-        for t in range(10):
-            h[t] += e[t]
-
-
-@kernel
 def _hold(row: FloatArray, psi: float, place: FloatArray, h: FloatArray) -> bool:
     """Relax the translation at a held turn; return whether the forces are in balance.
 
     `place` (2,) is where it starts and ends; `h` (10,) gets the terms there.
     """
     x, y = place[0], place[1]
-    _terms(row, x, y, psi, h)
+    all_terms(row, x, y, psi, h)
     for _ in range(_MAX_ITERATIONS):
         if max(abs(h[1]), abs(h[2])) < _BALANCE:
             break
@@ -66,10 +50,10 @@ def _hold(row: FloatArray, psi: float, place: FloatArray, h: FloatArray) -> bool
         size = max(abs(dx), abs(dy))
         cap = min(1.0, _LONGEST / size) if size > 0.0 else 1.0
         energy = h[0]
-        _terms(row, x + cap * dx, y + cap * dy, psi, h)
+        all_terms(row, x + cap * dx, y + cap * dy, psi, h)
         while h[0] > energy + _NOISE * (1.0 + energy) and cap > _SHORTEST:
             cap *= 0.3
-            _terms(row, x + cap * dx, y + cap * dy, psi, h)
+            all_terms(row, x + cap * dx, y + cap * dy, psi, h)
         x += cap * dx
         y += cap * dy
     place[0], place[1] = x, y

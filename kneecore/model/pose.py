@@ -115,6 +115,74 @@ def constants(models: FloatArray, baseline: FloatArray, fixed: bool) -> FloatArr
     return rows
 
 
+@inline
+def _turned_back(x, y):  # type: ignore[no-untyped-def]
+    """Return the transpose of `_turned` times a vector."""
+    return _COS * x + _SIN * y, _COS * y - _SIN * x
+
+
+@kernel
+def pull_back(
+    x: FloatArray,
+    row: FloatArray,
+    origin_x: float,
+    origin_y: float,
+    fixed: bool,
+    by_constant: FloatArray,
+    by_parameter: FloatArray,
+) -> None:
+    """Turn derivatives by a knee's constants into derivatives by its parameters.
+
+    The transpose of the derivative of `_load_free_row`, line by line from its end.
+
+    Parameters
+    ----------
+    x : ndarray, shape (28,)
+    row : ndarray, shape (36,)
+        The knee's constants.
+    origin_x, origin_y : float
+        What `baseline_origin` returns.
+    fixed : bool
+        Whether the rest lengths are the baseline's, and so do not change.
+    by_constant : ndarray, shape (36,)
+        Derivatives by columns 0 to 30 of the row; the others are taken for zero.
+    by_parameter : ndarray, shape (28,)
+        Gets the derivatives by the parameters.
+    """
+    slope, b, g = x[21], by_constant, by_parameter
+    nx, ny = row[NORMAL_X], row[NORMAL_Y]
+    px, py = _turned(x[19], x[20])
+    gx, gy = _turned(0.0, MASS_CENTRE_Y)
+    mass_x = mass_y = 0.0
+    for i in range(4):
+        vx = vy = 0.0
+        if not fixed:
+            share = b[6 * i + REST] / row[6 * i + REST]
+            vx = share * (row[6 * i] - row[START_X] - row[6 * i + 2])
+            vy = share * (row[6 * i + 1] - row[START_Y] - row[6 * i + 3])
+        g[4 * i] = b[6 * i] + vx
+        g[4 * i + 1] = b[6 * i + 1] + vy
+        g[4 * i + 2], g[4 * i + 3] = _turned_back(b[6 * i + 2] - vx, b[6 * i + 3] - vy)
+        g[22 + i] = b[6 * i + 4]
+        mass_x -= vx
+        mass_y -= vy
+    away_x, away_y = x[16] - origin_x - px, x[17] - origin_y - py
+    gap = nx * away_x + ny * away_y - x[18]
+    by_gap = nx * mass_x + ny * mass_y
+    by_nx = b[NORMAL_X] + b[LINE_OFFSET] * (px - gx) + by_gap * away_x + gap * mass_x
+    by_ny = b[NORMAL_Y] + b[LINE_OFFSET] * (py - gy) + by_gap * away_y + gap * mass_y
+    along = b[LINE_OFFSET] - by_gap
+    by_k = b[CONTACT_K] * row[CONTACT_K]
+    g[16] = b[CENTRE_X] + by_gap * nx
+    g[17] = b[CENTRE_Y] + by_gap * ny
+    g[18] = b[RADIUS] - by_gap + 0.5 * by_k / x[18]
+    g[19], g[20] = _turned_back(along * nx, along * ny)
+    tx, ty = _turned(-math.cos(slope), -math.sin(slope))
+    g[21] = by_nx * tx + by_ny * ty
+    g[26] = by_k / x[26]
+    g[27] = by_k * 2.0 * x[27] / (1.0 - x[27] * x[27])
+
+
 def rest_lengths(rows: FloatArray) -> FloatArray:
     """Return the rest lengths (m) in rows of constants, shape (..., 4)."""
     chosen: NDArray[Any] = rows[..., [6 * i + REST for i in range(4)]]

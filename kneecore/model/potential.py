@@ -122,3 +122,18 @@ def contact_terms(cx, cy, radius, nx0, ny0, offset, stiffness, x, y, s, c):  # t
         slope * ny * turn + force * nx,
         slope * turn * turn + force * reach,
     )
+
+
+@kernel
+def all_terms(row: FloatArray, x: float, y: float, psi: float, h: FloatArray) -> None:
+    """Fill `h` (10,) with the whole knee's terms, in the order of `ligament_terms`, without M."""
+    s, c = sin_cos(psi)
+    e = contact_terms(row[24], row[25], row[26], row[28], row[29], row[27], row[30], x, y, s, c)
+    for t in range(10):
+        h[t] = e[t]
+    for i in range(0, 24, 6):
+        e = ligament_terms(
+            row[i], row[i + 1], row[i + 2], row[i + 3], row[i + 4], row[i + 5], x, y, s, c
+        )
+        for t in range(10):
+            h[t] += e[t]
