@@ -48,6 +48,13 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.search.warm_up import warm_up as warm_up
     from kneecore.search.worst_case import worst_case as worst_case
     from kneecore.space import ParameterSpace as ParameterSpace
+    from kneecore.study.comparison import Comparison as Comparison
+    from kneecore.study.comparison import compare_with_sampling as compare_with_sampling
+    from kneecore.study.influence import InfluenceResult as InfluenceResult
+    from kneecore.study.influence import influence as influence
+    from kneecore.study.influence import worst_case_slopes as worst_case_slopes
+    from kneecore.study.monte_carlo import MonteCarloResult as MonteCarloResult
+    from kneecore.study.monte_carlo import monte_carlo as monte_carlo
 
 _HOME = {
     "FileFormatError": "errors",
@@ -81,6 +88,13 @@ _HOME = {
     "warm_up": "search.warm_up",
     "worst_case": "search.worst_case",
     "ParameterSpace": "space",
+    "Comparison": "study.comparison",
+    "compare_with_sampling": "study.comparison",
+    "InfluenceResult": "study.influence",
+    "influence": "study.influence",
+    "worst_case_slopes": "study.influence",
+    "MonteCarloResult": "study.monte_carlo",
+    "monte_carlo": "study.monte_carlo",
 }
 
 __all__ = ["__version__", *_HOME]

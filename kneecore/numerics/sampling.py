@@ -1,9 +1,17 @@
 """Points of the unit cube, the same for the same seed."""
 
+from collections.abc import Iterator
+from typing import Literal, get_args
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ParameterError
+
+__all__ = ["Sampling", "batches", "check_count", "check_seed", "n_drawn", "uniform"]
+
+FloatArray = NDArray[np.float64]
+Sampling = Literal["uniform", "latin-hypercube", "sobol"]
 
 
 def check_count(name: str, value: int) -> int:
@@ -32,9 +40,60 @@ def check_seed(seed: int) -> int:
     return int(seed)
 
 
-def uniform(n_samples: int, n_dimensions: int, seed: int) -> NDArray[np.float64]:
+def uniform(n_samples: int, n_dimensions: int, seed: int) -> FloatArray:
     """Return independent uniform points, shape (n_samples, n_dimensions).
 
     The first rows do not depend on how many are asked for.
     """
     return np.random.default_rng(check_seed(seed)).random((n_samples, n_dimensions))
+
+
+def n_drawn(n_samples: int, sampling: Sampling) -> int:
+    """Return how many points `batches` gives: for Sobol' the next power of two."""
+    n_samples = check_count("n_samples", n_samples)
+    if sampling == "sobol":
+        return int(2 ** int(np.ceil(np.log2(n_samples))))
+    return n_samples
+
+
+def batches(
+    n_samples: int, n_dimensions: int, seed: int, *, sampling: Sampling = "uniform", size: int
+) -> Iterator[FloatArray]:
+    """Yield points in batches of at most `size`; the points do not depend on the size.
+
+    Parameters
+    ----------
+    n_samples : int
+        How many points are wanted; `n_drawn` tells how many come.
+    sampling : {"uniform", "latin-hypercube", "sobol"}
+        Independent points; a Latin hypercube (drawn at once: 16 bytes a coordinate); or a
+        scrambled Sobol' sequence, whose balance needs a power of two.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
+    """
+    if sampling not in get_args(Sampling):
+        raise ParameterError(
+            f"`sampling` is {sampling!r}; {', '.join(get_args(Sampling))} are allowed"
+        )
+    left = n_drawn(n_samples, sampling)
+    rng = np.random.default_rng(check_seed(seed))
+    if sampling == "uniform":
+        while left > 0:
+            yield rng.random((min(size, left), n_dimensions))
+            left -= size
+        return
+    from scipy.stats import qmc  # half a second that plain sampling does not need
+
+    if sampling == "latin-hypercube":
+        points = qmc.LatinHypercube(n_dimensions, rng=rng).random(left)
+        for first in range(0, left, size):
+            yield points[first : first + size]
+        return
+    engine = qmc.Sobol(n_dimensions, rng=rng)
+    # Sobol' batches keep the sequence's balance if they are powers of two.
+    size = 2 ** int(np.log2(min(size, left)))
+    for _ in range(left // size):
+        yield engine.random(size)

@@ -4,11 +4,10 @@ import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Literal
-
-import tyro
+from typing import TYPE_CHECKING, Literal
 
 from kneecore import _cli
+from kneecore._space_options import Folder, SpaceOptions
 from kneecore.errors import KneecoreError
 from kneecore.numerics.genetic_options import GeneticOptions
 
@@ -18,16 +17,10 @@ if TYPE_CHECKING:
     from kneecore.space import ParameterSpace
 
 COMMAND = "python -m kneecore.search"
-_Metres = Annotated[float | None, tyro.conf.arg(metavar="MM")]
-_Degrees = Annotated[float | None, tyro.conf.arg(metavar="DEG")]
-_Percent = Annotated[float | None, tyro.conf.arg(metavar="PERCENT")]
-_File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
-_Folder = Annotated[str | None, tyro.conf.arg(metavar="DIR")]
-_Count = Annotated[int | None, tyro.conf.arg(metavar="N")]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Options:
+class Options(SpaceOptions):
     """Find the two most different knees within the uncertainty of the parameters.
 
     A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
@@ -36,14 +29,6 @@ class Options:
     not available.
     """
 
-    case: Literal["both", "geometry", "material"] = "both"
-    """Which parameters vary: all 28, the 22 geometric or the 6 of the material."""
-    geometry_bound_mm: _Metres = None
-    """Half-range of every length and coordinate, mm. Unset: the baseline's, 1 mm."""
-    slope_bound_deg: _Degrees = None
-    """Half-range of the plateau's slope, deg. Unset: the baseline's, 1 deg."""
-    material_bound_percent: _Percent = None
-    """Half-range of the material parameters, per cent. Unset: the baseline's, 10 %."""
     space: Literal["surrogate", "model"] = "surrogate"
     """Where to search: in the surrogate, or in the true model (slower, exact values)."""
     training_samples: int = 50
@@ -56,15 +41,7 @@ class Options:
     """Independent runs of the search; the best is kept and the spread shown."""
     objective: Literal["all", "extension", "flexion"] = "all"
     """Which of the 12 loads count."""
-    seed: int = 0
-    """The same seed gives the same result, on any number of threads."""
-    rest_length: Literal["recomputed", "fixed"] = "recomputed"
-    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
-    baseline: _File = None
-    """A knee file (TOML) of your own: values, units, half-ranges, sources."""
-    threads: _Count = None
-    """Threads for the true model. Unset: all cores."""
-    out: _Folder = None
+    out: Folder = None
     """Write result.json, curves.csv and Figures 1-4 (PNG, SVG) to this folder."""
     force: bool = False
     """Overwrite a result that is in the folder already."""
@@ -74,19 +51,6 @@ class Options:
     """Show no progress."""
     ga: GeneticOptions = field(default_factory=GeneticOptions)
     """Constants of the genetic algorithm."""
-
-
-def _space(options: Options) -> "ParameterSpace":
-    from kneecore.space import ParameterSpace
-
-    bounds = {
-        name: value
-        for name in ("geometry_bound_mm", "slope_bound_deg", "material_bound_percent")
-        if (value := getattr(options, name)) is not None
-    }
-    if options.baseline is not None:
-        return ParameterSpace.from_file(options.baseline, case=options.case, **bounds)
-    return ParameterSpace(case=options.case, **bounds)
 
 
 def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> "SearchResult":
@@ -116,7 +80,7 @@ def _find(options: Options) -> tuple["SearchResult", bool]:
     def work(stop: threading.Event) -> "SearchResult":
         from kneecore._threads import thread_count
 
-        space = _space(options)
+        space = options.knees()
         thread_count(options.threads)
         if options.out is not None:
             prepare_folder(options.out, force=options.force)

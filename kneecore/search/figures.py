@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 COLOURS = {"baseline": "#8c8c8c", "model_1": "#0072B2", "model_2": "#D55E00"}
 LABELS = {"baseline": "baseline", "model_1": "model 1", "model_2": "model 2"}
 _ORDER = np.argsort(-MOMENT)
-_STYLE: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -167,7 +167,7 @@ def _ap_position(result: "SearchResult") -> Figure:
 
 def draw_figures(result: "SearchResult") -> dict[str, Figure]:
     """Return the four figures by file name (without an ending)."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         return {
             "figure_1_moment_angle": _moment_angle(result),
             "figure_2_geometry": _geometry(result),
@@ -176,11 +176,16 @@ def draw_figures(result: "SearchResult") -> dict[str, Figure]:
         }
 
 
-def render_figures(result: "SearchResult") -> Iterator[tuple[str, bytes]]:
-    """Yield (file name, content) of each figure as PNG and as SVG."""
-    for name, figure in draw_figures(result).items():
+def render(figures: dict[str, Figure]) -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of each figure as PNG and as SVG; the bytes are reproducible."""
+    for name, figure in figures.items():
         for ending, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
             buffer = io.BytesIO()
-            with mpl.rc_context(_STYLE):
+            with mpl.rc_context(STYLE):
                 figure.savefig(buffer, format=ending, metadata=metadata)
             yield f"{name}.{ending}", buffer.getvalue()
+
+
+def render_figures(result: "SearchResult") -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of a result's figures."""
+    yield from render(draw_figures(result))

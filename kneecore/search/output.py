@@ -40,8 +40,16 @@ def write_whole(path: Path, content: bytes) -> None:
         raise
 
 
-def prepare_folder(folder: str | Path, *, force: bool) -> Path:
+def prepare_folder(folder: str | Path, *, force: bool, holds: str = RESULT_FILE) -> Path:
     """Return `folder`, made if need be and known to be writable.
+
+    Parameters
+    ----------
+    folder : path
+    force : bool
+        Whether a result that is there may be overwritten.
+    holds : str
+        The file that tells that a result is there.
 
     Raises
     ------
@@ -49,9 +57,9 @@ def prepare_folder(folder: str | Path, *, force: bool) -> Path:
         If it holds a result already and `force` is not given, or cannot be written.
     """
     folder = Path(folder)
-    if (folder / RESULT_FILE).exists() and not force:
+    if (folder / holds).exists() and not force:
         raise OutputError(
-            f"`--out` is {str(folder)!r}, which holds a {RESULT_FILE} already; "
+            f"`--out` is {str(folder)!r}, which holds a {holds} already; "
             "another folder or --force is allowed"
         )
     try:

@@ -1,0 +1,51 @@
+"""The options that choose a space of knees: the same on every command line."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from kneecore.space import ParameterSpace
+
+Millimetres = Annotated[float | None, tyro.conf.arg(metavar="MM")]
+Degrees = Annotated[float | None, tyro.conf.arg(metavar="DEG")]
+Percent = Annotated[float | None, tyro.conf.arg(metavar="PERCENT")]
+File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
+Folder = Annotated[str | None, tyro.conf.arg(metavar="DIR")]
+Count = Annotated[int | None, tyro.conf.arg(metavar="N")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpaceOptions:
+    """Which knees are possible."""
+
+    case: Literal["both", "geometry", "material"] = "both"
+    """Which parameters vary: all 28, the 22 geometric or the 6 of the material."""
+    geometry_bound_mm: Millimetres = None
+    """Half-range of every length and coordinate, mm. Unset: the baseline's, 1 mm."""
+    slope_bound_deg: Degrees = None
+    """Half-range of the plateau's slope, deg. Unset: the baseline's, 1 deg."""
+    material_bound_percent: Percent = None
+    """Half-range of the material parameters, per cent. Unset: the baseline's, 10 %."""
+    baseline: File = None
+    """A knee file (TOML) of your own: values, units, half-ranges, sources."""
+    rest_length: Literal["recomputed", "fixed"] = "recomputed"
+    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
+    seed: int = 0
+    """The same seed gives the same result, on any number of threads."""
+    threads: Count = None
+    """Threads for the true model. Unset: all cores."""
+
+    def knees(self) -> "ParameterSpace":
+        """Return the space; raises what `ParameterSpace` and `ParameterSpace.from_file` raise."""
+        from kneecore.space import ParameterSpace
+
+        bounds = {
+            name: value
+            for name in ("geometry_bound_mm", "slope_bound_deg", "material_bound_percent")
+            if (value := getattr(self, name)) is not None
+        }
+        if self.baseline is not None:
+            return ParameterSpace.from_file(self.baseline, case=self.case, **bounds)
+        return ParameterSpace(case=self.case, **bounds)

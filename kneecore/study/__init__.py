@@ -1,0 +1,1 @@
+"""Uncertainty: sampling, influence, and the worst case held against them. Names in `kneecore`."""

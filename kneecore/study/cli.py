@@ -1,0 +1,177 @@
+"""`python -m kneecore.uncertainty`: sampling and influence from a terminal."""
+
+import contextlib
+import json
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from kneecore import _cli
+from kneecore._space_options import File, Folder, SpaceOptions
+from kneecore.errors import KneecoreError
+
+if TYPE_CHECKING:
+    from kneecore.search.result import SearchResult
+    from kneecore.study.comparison import Comparison
+    from kneecore.study.influence import InfluenceResult
+    from kneecore.study.monte_carlo import MonteCarloResult
+
+COMMAND = "python -m kneecore.uncertainty"
+STUDY_FILE = "uncertainty.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(SpaceOptions):
+    """Sample the true model within the uncertainty of the parameters, and tell which decide.
+
+    The packaged baseline is a reconstruction: the parameter table of Ciszkiewicz & Dumas 2024 is
+    not available.
+    """
+
+    samples: int = 10_000
+    """Monte-Carlo samples; Sobol' sampling rounds up to a power of two."""
+    sampling: Literal["uniform", "latin-hypercube", "sobol"] = "uniform"
+    """How the samples are drawn."""
+    influence: bool = False
+    """Compute Sobol' indices of the 12 angles as well."""
+    base_samples: int = 1024
+    """Base rows of the indices, a power of two; the model is run for each free parameter and
+    twice more."""
+    result: File = None
+    """A result.json of a search with the same bounds, to be held against the samples."""
+    out: Folder = None
+    """Write uncertainty.json and figures (PNG, SVG) to this folder."""
+    force: bool = False
+    """Overwrite a study that is in the folder already."""
+    json: bool = False
+    """Print one JSON object and nothing else on stdout."""
+    quiet: bool = False
+    """Show no progress."""
+
+
+@dataclass
+class Study:
+    """What the command has computed so far."""
+
+    sampled: "MonteCarloResult"
+    worst: "SearchResult | None" = None
+    comparison: "Comparison | None" = None
+    influence: "InfluenceResult | None" = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON-ready values: the samples' keys, and two objects or null."""
+        document = self.sampled.to_dict()
+        document["comparison"] = None if self.comparison is None else self.comparison.to_dict()
+        document["influence"] = None if self.influence is None else self.influence.to_dict()
+        return document
+
+    def report(self) -> str:
+        """Return everything as text."""
+        from kneecore.study.report import comparison_report
+
+        parts = [str(self.sampled)]
+        if self.comparison is not None:
+            parts.append(comparison_report(self.comparison))
+        if self.influence is not None:
+            parts.append(str(self.influence))
+        return "\n\n".join(parts)
+
+
+def _check(options: Options) -> None:
+    """Refuse what can be refused before anything is computed."""
+    from kneecore._threads import thread_count
+    from kneecore.numerics.sampling import check_count, check_seed
+    from kneecore.search.output import prepare_folder
+
+    check_count("samples", options.samples)
+    check_count("base_samples", options.base_samples)
+    check_seed(options.seed)
+    thread_count(options.threads)
+    if options.out is not None:
+        prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
+
+
+def _study(options: Options, stop: threading.Event) -> Study:
+    import numpy as np
+
+    from kneecore.search.cancelled import Cancelled
+    from kneecore.search.result import SearchResult
+    from kneecore.search.show_progress import shown_progress
+    from kneecore.study.comparison import compare_with_sampling
+    from kneecore.study.influence import influence
+    from kneecore.study.monte_carlo import monte_carlo
+
+    space = options.knees()
+    _check(options)
+    worst = None if options.result is None else SearchResult.load(options.result)
+    angles = None
+    if worst is not None:
+        angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
+    with shown_progress(quiet=options.quiet) as show:
+
+        def callback(report: Any) -> object:
+            return show(report) or stop.is_set()
+
+        sampled = monte_carlo(
+            space,
+            n_samples=options.samples,
+            sampling=options.sampling,
+            seed=options.seed,
+            rest_length=options.rest_length,
+            threads=options.threads,
+            angles_deg=angles,
+            callback=callback,
+        )
+        study = Study(sampled=sampled, worst=worst)
+        if worst is not None:
+            study.comparison = compare_with_sampling(worst, sampled)
+        if options.influence and not stop.is_set():
+            # Cancelled meanwhile: the samples are there and are worth keeping.
+            with contextlib.suppress(Cancelled):
+                study.influence = influence(
+                    space,
+                    n_base=options.base_samples,
+                    seed=options.seed,
+                    rest_length=options.rest_length,
+                    threads=options.threads,
+                    callback=callback,
+                )
+    return study
+
+
+def _files(study: Study, *, figures: bool) -> Iterator[tuple[str, bytes]]:
+    if figures:
+        from kneecore.study.figures import render_study
+
+        yield from render_study(study.sampled, study.influence, study.worst)
+    yield STUDY_FILE, (json.dumps(study.to_dict(), allow_nan=False) + "\n").encode()
+
+
+def _save(options: Options, study: Study, *, figures: bool) -> None:
+    if options.out is None:
+        return
+    from pathlib import Path
+
+    from kneecore.search.output import write_whole
+
+    for name, content in _files(study, figures=figures):
+        write_whole(Path(options.out) / name, content)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = _cli.parse(Options, arguments, COMMAND)
+    try:
+        study, interrupted = _cli.run_cancellable(lambda stop: _study(options, stop), COMMAND)
+        _save(options, study, figures=not interrupted)
+    except KneecoreError as error:
+        return _cli.fail(COMMAND, error)
+    if interrupted:
+        kept = "nothing was saved" if options.out is None else f"it is in {options.out}"
+        told = f"interrupted after {study.sampled.n_samples:,} samples; {kept}"
+        print(f"{COMMAND}: {told}", file=sys.stderr)
+        return _cli.INTERRUPTED
+    _cli.put(json.dumps(study.to_dict(), allow_nan=False) if options.json else study.report())
+    return _cli.DONE

@@ -1,0 +1,241 @@
+"""Monte Carlo, influence and the comparison with the worst case."""
+
+import json
+
+import numpy as np
+import pytest
+
+import kneecore
+from kneecore import (
+    ModelError,
+    ParameterError,
+    ParameterSpace,
+    compare_with_sampling,
+    influence,
+    monte_carlo,
+    simulate_batch,
+    worst_case,
+    worst_case_slopes,
+)
+from kneecore.numerics.sampling import uniform
+
+
+@pytest.fixture(scope="module")
+def study():
+    return monte_carlo(n_samples=5000, seed=1)
+
+
+@pytest.fixture(scope="module")
+def worst():
+    return worst_case()
+
+
+@pytest.fixture(scope="module")
+def found():
+    return influence(n_base=256)
+
+
+def test_statistics_are_those_of_the_samples():
+    few = monte_carlo(n_samples=300, seed=5)
+    space = ParameterSpace()
+    batch = simulate_batch(space.from_unit(uniform(300, 28, 5)))
+    angles = np.degrees(batch.flexion)
+    np.testing.assert_allclose(few.flexion_deg.mean, angles.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(few.flexion_deg.sd, angles.std(axis=0, ddof=1), rtol=1e-10)
+    low, high = np.percentile(angles, [0.15, 99.85], axis=0)
+    np.testing.assert_allclose(few.flexion_deg.percentile_lower, low, rtol=1e-12)
+    np.testing.assert_allclose(few.flexion_deg.percentile_upper, high, rtol=1e-12)
+    np.testing.assert_allclose(few.tension_n.mean, batch.tension.mean(axis=0), rtol=1e-10)
+    np.testing.assert_allclose(few.ap_position_mm.sd, 1e3 * batch.ap_position.std(axis=0, ddof=1))
+    assert few.n_unsettled == batch.n_unsettled
+
+
+def test_what_the_paper_leads_one_to_expect(study):
+    """Orders: about 5.4 deg of spread at +5 N m, 5.3 at -5, 1.8 at +0.1, and no failure."""
+    sd = study.flexion_deg.sd
+    assert sd[5] == pytest.approx(5.4, abs=0.3)
+    assert sd[11] == pytest.approx(5.3, abs=0.3)
+    assert sd[0] == pytest.approx(1.8, abs=0.2)
+    assert study.n_failed == 0
+    assert 0 < study.n_unsettled < study.n_samples
+
+
+def test_seeds_agree_within_the_standard_error(study):
+    other = monte_carlo(n_samples=5000, seed=2)
+    error = study.flexion_deg.sd * np.sqrt(2.0 / 5000)
+    assert (np.abs(study.flexion_deg.mean - other.flexion_deg.mean) < 4.0 * error).all()
+    np.testing.assert_allclose(study.flexion_deg.sd, other.flexion_deg.sd, rtol=0.06)
+
+
+def test_threads_change_no_byte():
+    one, two = (monte_carlo(n_samples=3000, threads=threads).to_dict() for threads in (1, 2))
+    for document in (one, two):
+        del document["seconds"], document["threads"]
+    assert json.dumps(one) == json.dumps(two)
+
+
+@pytest.mark.parametrize("sampling", ["latin-hypercube", "sobol"])
+def test_other_sampling_agrees(sampling, study):
+    other = monte_carlo(n_samples=1500, sampling=sampling)
+    assert other.n_samples == (2048 if sampling == "sobol" else 1500)
+    np.testing.assert_allclose(other.flexion_deg.sd, study.flexion_deg.sd, rtol=0.1)
+
+
+def test_failed_samples_are_counted_and_left_out():
+    wide = ParameterSpace(geometry_bound_mm=6.0, material_bound_percent=90.0)
+    spread = monte_carlo(wide, n_samples=300)
+    assert 0 < spread.n_failed < 300
+    assert np.isfinite(spread.flexion_deg.mean).all()
+    assert f"{spread.n_failed} failed" in str(spread)
+
+
+def test_a_cancelled_study_keeps_what_is_done():
+    part = monte_carlo(n_samples=10_000, callback=lambda report: report.done >= 4000)
+    assert part.stop_reason == "cancelled"
+    assert 4000 <= part.n_samples < 10_000
+    assert "cancelled" in str(part)
+
+
+def test_nothing_but_failures_is_an_error():
+    x = ParameterSpace().baseline.copy()
+    x[22:26] *= 1e5
+    with pytest.raises(ModelError, match="samples failed"):
+        monte_carlo(ParameterSpace(baseline=x), n_samples=20)
+
+
+def test_the_worst_case_lies_outside_of_the_band(study, worst):
+    angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
+    counted = monte_carlo(n_samples=5000, seed=1, angles_deg=angles)
+    compared = compare_with_sampling(worst, counted)
+    np.testing.assert_array_equal(compared.share_outside("extension"), 1.0)
+    lower = counted.flexion_deg.percentile_lower
+    np.testing.assert_allclose(compared.excess_deg[0], np.maximum(lower - angles[0], 0.0))
+    assert (compared.below[0] <= 0.0015 + 1e-12).all()
+    assert (compared.below[1] >= 0.9985 - 1e-12).all()
+
+
+def test_only_the_same_bounds_can_be_compared(study):
+    other = worst_case(ParameterSpace(geometry_bound_mm=0.5), pop_size=20, n_generations=5)
+    with pytest.raises(ParameterError, match="other bounds"):
+        compare_with_sampling(other, study)
+
+
+def test_influence_of_the_knees_parameters(found):
+    assert found.deciding(5.0)[:2] == ["condyle_x", "pcl_femur_x"]
+    assert found.deciding(-5.0)[:2] == ["condyle_y", "pcl_femur_y"]
+    first = found.indices.first_order.sum(axis=1)
+    np.testing.assert_allclose(first, 1.0, atol=0.1)
+    groups = sum(found.groups.values())
+    np.testing.assert_allclose(groups, first)
+    assert found.groups["material"].max() < 0.1
+    # The ACL is slack in flexion, the MCL in extension: they cannot decide anything there.
+    assert np.abs(found.groups["acl"][6:]).max() < 0.02
+    assert np.abs(found.groups["mcl"][:6]).max() < 0.02
+    assert "condyle_x" in found.answer()
+    with pytest.raises(ParameterError, match="`moment` is 3"):
+        found.deciding(3.0)
+
+
+def test_influence_agrees_with_the_slopes_at_the_baseline(found):
+    """The model is nearly linear: squared slopes rank the parameters as the indices do."""
+    space = ParameterSpace()
+    steps = 1e-3 * np.eye(28)
+    middle = np.full(28, 0.5)
+    up = simulate_batch(space.from_unit(middle + steps)).flexion[:, 5]
+    down = simulate_batch(space.from_unit(middle - steps)).flexion[:, 5]
+    squares = (up - down) ** 2
+    expected = squares / squares.sum()
+    np.testing.assert_allclose(found.indices.total_order[5], expected, atol=0.1)
+
+
+def test_influence_of_one_case_only():
+    material = influence(ParameterSpace(case="material"), n_base=64, intervals=False)
+    assert len(material.names) == 6
+    assert material.indices.first_order.shape == (12, 6)
+    json.dumps(material.to_dict(), allow_nan=False)
+
+
+def test_influence_is_the_same_on_any_number_of_threads():
+    one, two = (influence(n_base=32, threads=t, intervals=False) for t in (1, 2))
+    assert one.indices.total_order.tobytes() == two.indices.total_order.tobytes()
+
+
+def test_influence_can_be_cancelled():
+    with pytest.raises(kneecore.Cancelled):
+        influence(n_base=256, callback=lambda report: report.done >= 64)
+
+
+def test_an_influence_study_without_any_influence():
+    # The only free width is far below what can move an angle.
+    space = ParameterSpace(half_ranges=dict.fromkeys(kneecore.NAMES, 0.0) | {"plateau_x": 1e-18})
+    with pytest.raises((ModelError, ParameterError), match=r"no angle varies|zero width"):
+        influence(space, n_base=8)
+
+
+def test_slopes_at_the_worst_case(worst):
+    slopes = worst_case_slopes(worst)
+    assert slopes.slopes_deg.shape == (2, 12, 28)
+    assert slopes.deciding(5)[0] == "condyle_x"
+    k = slopes.names.index("condyle_x")
+    # Model 1 has its condyle at the lower bound: moving it forwards brings it less far back.
+    assert (slopes.slopes_deg[:, 5, k] > 0.0).all()
+
+
+def in_process(capsys, *arguments):
+    from kneecore.study.cli import main
+
+    try:
+        code = main(list(arguments))
+    except SystemExit as stop:
+        code = stop.code
+    printed = capsys.readouterr()
+    return code, printed.out, printed.err
+
+
+def test_the_command_prints_json(capsys):
+    code, out, _ = in_process(
+        capsys, "--samples", "400", "--json", "--influence", "--base-samples", "16", "--quiet"
+    )
+    assert code == 0
+    document = json.loads(out)
+    assert document["n_samples"] == 400
+    assert document["bounds_997_deg"]["sigma"].keys() == {"lower", "upper"}
+    assert document["bounds_997_deg"]["percentile"].keys() == {"lower", "upper"}
+    for key in ("n_failed", "n_unsettled", "mean_deg", "sd_deg", "moment_nm", "seed", "seconds"):
+        assert key in document
+    assert len(document["influence"]["parameters"]) == 28
+
+
+def test_the_command_writes_and_compares(capsys, tmp_path, worst):
+    worst.save(tmp_path / "worst", figures=False)
+    arguments = ["--samples", "300", "--result", str(tmp_path / "worst"), "--out"]
+    arguments += [str(tmp_path / "study"), "--influence", "--base-samples", "16"]
+    code, out, _ = in_process(capsys, *arguments)
+    assert code == 0
+    assert "outside of the 99.7 % band" in out
+    assert "decide the angle" in out
+    names = sorted(p.name for p in (tmp_path / "study").iterdir())
+    assert len(names) == 7
+    assert json.loads((tmp_path / "study" / "uncertainty.json").read_text())["comparison"]
+    code, _, err = in_process(capsys, *arguments)
+    assert code == 2
+    assert "--force" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--samples", "0"], "`samples` is 0"),
+        (["--base-samples", "-4"], "`base_samples` is -4"),
+        (["--sampling", "grid"], "'grid'"),
+        (["--case", "material", "--material-bound-percent", "0"], "zero width"),
+        (["--result", "none.json"], "none.json: cannot be read"),
+        (["--out", "/dev/null/x"], "a writable folder is allowed"),
+        (["--threads", "0"], "`threads` is 0"),
+    ],
+)
+def test_a_users_mistake_gets_one_line_and_exit_code_2(capsys, arguments, said):
+    code, out, err = in_process(capsys, "--quiet", *arguments)
+    assert (code, out) == (2, "")
+    assert said in err
+    assert err.count("\n") == 1
