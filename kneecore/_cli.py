@@ -4,29 +4,41 @@ Exit codes: 0 done, 1 the model gave no answer, 2 something asked for is not all
 """
 
 import contextlib
+import dataclasses
 import io
 import os
 import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FrameType
 from typing import Any, TypeVar
 
 import tyro
 
-from kneecore.errors import KneecoreError, ModelError
+from kneecore.errors import KneecoreError, ModelError, OutputError
 
 DONE, NO_ANSWER, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
-PATIENCE = 0.8
+PATIENCE = 0.6
 """Seconds that a computation gets to end itself after Ctrl-C."""
 
 _T = TypeVar("_T")
 
 
+def _open_streams() -> None:
+    """Give a closed stdout or stderr somewhere to go, and let none fail on a table's lines."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
 def parse(options: type[_T], arguments: Sequence[str] | None, command: str) -> _T:
     """Return the parsed options; a wrong one ends the process with one line and exit code 2."""
+    _open_streams()
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said):
@@ -55,18 +67,39 @@ def _first_sentence(message: str) -> str:
     return " ".join(said) or "wrong options"
 
 
-def fail(command: str, error: KneecoreError) -> int:
-    """Print an error as one line and return its exit code."""
-    print(f"{command}: {' '.join(str(error).split())}", file=sys.stderr)
+def fail(
+    command: str, error: KneecoreError, options: object = None, names: Mapping[str, str] = {}
+) -> int:
+    """Print an error as one line and return its exit code.
+
+    An argument of the library is shown as the option that sets it: those of `options`, a dataclass,
+    by their own names, others by `names`.
+    """
+    flags = dict(names)
+    if dataclasses.is_dataclass(options):
+        flags |= {f.name: f"--{f.name.replace('_', '-')}" for f in dataclasses.fields(options)}
+    line = " ".join(str(error).split())
+    line = re.sub(r"`(\w+)`", lambda found: f"`{flags.get(found[1], found[1])}`", line)
+    print(f"{command}: {line}", file=sys.stderr)
     return NO_ANSWER if isinstance(error, ModelError) else NOT_ALLOWED
 
 
 def put(text: str) -> None:
-    """Print to stdout; a reader that has gone (``| head``) is no error."""
+    """Print to stdout; a reader that has gone (``| head``) is no error.
+
+    Raises
+    ------
+    OutputError
+        If stdout takes no more.
+    """
     try:
         print(text, flush=True)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        # What is still in the buffer would fail once more when the process ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise OutputError(f"stdout cannot be written ({error.strerror or error})") from None
 
 
 @contextlib.contextmanager
@@ -83,7 +116,9 @@ def _interrupt_sets(event: threading.Event) -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def run_cancellable(work: Callable[[threading.Event], _T], command: str) -> tuple[_T, bool]:
+def run_cancellable(
+    work: Callable[[threading.Event], _T], command: str, close: Callable[[], object] = bool
+) -> tuple[_T, bool]:
     """Run `work` on a thread while this one listens for Ctrl-C.
 
     Parameters
@@ -92,6 +127,8 @@ def run_cancellable(work: Callable[[threading.Event], _T], command: str) -> tupl
         Gets an event that is set when it should stop and return what it has.
     command : str
         Name for messages.
+    close : callable
+        Puts the terminal in order where the process has to be ended at once.
 
     Returns
     -------
@@ -114,8 +151,11 @@ def run_cancellable(work: Callable[[threading.Event], _T], command: str) -> tupl
             worker.join(0.05)
         worker.join(PATIENCE)
         if worker.is_alive():
+            close()
             print(f"{command}: interrupted; nothing was saved", file=sys.stderr, flush=True)
             os._exit(INTERRUPTED)  # a compilation cannot be stopped in any other way
+    if isinstance(outcome.get("error"), MemoryError):
+        raise ModelError(f"out of memory: {outcome['error'] or 'a smaller task is needed'}")
     if "error" in outcome:
         raise outcome["error"]
     return outcome["value"], stop.is_set()

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from numbers import Integral
 from typing import TypeVar
 
 from kneecore.errors import ParameterError
@@ -28,7 +29,7 @@ def thread_count(threads: int | None) -> int:
     """
     if threads is None:
         return available_cores()
-    if isinstance(threads, bool) or threads != int(threads) or threads < 1:
+    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
         raise ParameterError(f"`threads` is {threads!r}; a whole number of at least 1 is allowed")
     return int(threads)
 
@@ -36,6 +37,11 @@ def thread_count(threads: int | None) -> int:
 @lru_cache(maxsize=8)
 def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="kneecore")
+
+
+if hasattr(os, "register_at_fork"):
+    # A forked child has the pool, but none of its threads: it would wait for ever.
+    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def run_all(work: Callable[[_T], None], chunks: Iterable[_T], threads: int | None = None) -> None:

@@ -47,9 +47,12 @@ class Knee:
 
 
 def _number(where: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise FileFormatError(f"`{where}` is {value!r}; a finite number is allowed")
-    return float(value)
+    try:
+        if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+            return float(value)
+    except OverflowError:  # a whole number that no float can hold
+        value = "too large"
+    raise FileFormatError(f"`{where}` is {value!r}; a finite number is allowed")
 
 
 def _text(where: str, value: Any) -> str:
@@ -112,7 +115,7 @@ def parse_knee(text: str) -> Knee:
     """
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise FileFormatError(f"not a TOML file: {error}") from None
     if document.get("schema") != SCHEMA:
         raise FileFormatError(f"`schema` is {document.get('schema')!r}; {SCHEMA!r} is allowed")
@@ -168,6 +171,8 @@ def read_knee(path: str | Path) -> Knee:
     FileFormatError
         If the file cannot be read, is larger than 1 MB, or is no knee; the message names the file.
     """
+    if str(path) == "":
+        raise FileFormatError("the name of a knee file is empty")
     try:
         with open(path, "rb") as file:
             content = file.read(MAX_BYTES + 1)

@@ -160,6 +160,8 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
         modulus that is not positive, or a Poisson's ratio outside (-1, 0.5).
     """
     try:
+        if np.iscomplexobj(values):
+            raise TypeError
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise ParameterError(

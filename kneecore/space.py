@@ -6,7 +6,8 @@ Examples
 >>> space = ParameterSpace(case="geometry", geometry_bound_mm=0.5)
 >>> space.n_free
 22
->>> round(1e3 * (space.upper - space.lower)[space.names.index("condyle_radius")], 6)
+>>> width = space.upper - space.lower
+>>> round(1e3 * float(width[space.names.index("condyle_radius")]), 6)  # mm
 1.0
 """
 
@@ -48,6 +49,13 @@ def _checked_bound(name: str, value: float, unit: str) -> float:
     return number
 
 
+def _with_last_axis(name: str, values: ArrayLike, size: int) -> FloatArray:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ParameterError(f"`{name}` has shape {array.shape}; (..., {size}) is allowed")
+    return array
+
+
 @dataclass(frozen=True, eq=False)
 class ParameterSpace:
     """The box of knees that the uncertainty allows.
@@ -76,6 +84,8 @@ class ParameterSpace:
     """Name of the baseline, for reports."""
     note: str | None = None
     """What a reader of results must know about the baseline; the packaged one's for None."""
+    sources: tuple[str, ...] | None = None
+    """Where each baseline value is from; the packaged ones for the packaged baseline."""
 
     lower: FloatArray = field(init=False, repr=False)
     """Lower bounds, shape (28,), SI."""
@@ -87,6 +97,7 @@ class ParameterSpace:
     def __post_init__(self) -> None:
         if self.case not in CASES:
             raise ParameterError(f"`case` is {self.case!r}; {', '.join(CASES)} are allowed")
+        self._check_bounds()
         packaged = packaged_knee()
         given = packaged.baseline if self.baseline is None else self.baseline
         centre = check_physical(given, "baseline")
@@ -97,15 +108,21 @@ class ParameterSpace:
         lower, upper = centre - half, centre + half
         if upper[_POISSON] > POISSON_LIMIT and half[_POISSON] > 0.0:
             upper[_POISSON] = max(POISSON_LIMIT, centre[_POISSON])
-        check_physical(lower, "lower bound")
-        check_physical(upper, "upper bound")
+        for name, bound in (("lower", lower), ("upper", upper)):
+            try:
+                check_physical(bound, f"{name} bound")
+            except ParameterError as error:
+                raise ParameterError(f"the bounds are too wide: {error}") from None
         free = upper > lower
         if not free.any():
             raise ParameterError(
                 f"all bounds of case {self.case!r} have zero width; at least one above 0 is needed"
             )
-        if self.baseline is None and self.note is None:
-            object.__setattr__(self, "note", packaged.note)
+        if self.baseline is None:
+            kept = {"note": packaged.note, "sources": packaged.sources}
+            for name, value in kept.items():
+                if getattr(self, name) is None:
+                    object.__setattr__(self, name, value)
         for name, array in (
             ("baseline", centre),
             ("lower", lower),
@@ -121,19 +138,42 @@ class ParameterSpace:
         return _IS_GEOMETRY if self.case == "geometry" else ~_IS_GEOMETRY
 
     def _half_ranges_of(self, centre: FloatArray) -> FloatArray:
-        length = 1e-3 * _checked_bound("geometry_bound_mm", self.geometry_bound_mm, "mm")
-        slope = np.deg2rad(_checked_bound("slope_bound_deg", self.slope_bound_deg, "deg"))
-        share = 0.01 * _checked_bound("material_bound_percent", self.material_bound_percent, "%")
+        length = 1e-3 * self.geometry_bound_mm
+        slope = np.deg2rad(self.slope_bound_deg)
+        share = 0.01 * self.material_bound_percent
         half = np.where(_IS_GEOMETRY, length, share * np.abs(centre))
         half[_IS_SLOPE] = slope
         for name, value in (self.half_ranges or {}).items():
+            half[NAMES.index(name)] = value
+        return half
+
+    def _check_bounds(self) -> None:
+        """Check the bounds that were given, and keep them as plain floats."""
+        for name, unit in (
+            ("geometry_bound_mm", "mm"),
+            ("slope_bound_deg", "deg"),
+            ("material_bound_percent", "%"),
+        ):
+            object.__setattr__(self, name, _checked_bound(name, getattr(self, name), unit))
+        if self.slope_bound_deg >= 90.0:
+            raise ParameterError(
+                f"`slope_bound_deg` is {self.slope_bound_deg:g} deg; less than 90 is allowed"
+            )
+        if self.half_ranges is None:
+            return
+        if not isinstance(self.half_ranges, Mapping):
+            raise ParameterError(
+                f"`half_ranges` is {self.half_ranges!r}; a mapping of names to numbers is allowed"
+            )
+        kept = {}
+        for name, value in self.half_ranges.items():
             if name not in NAMES:
                 raise ParameterError(
                     f"`half_ranges` names {name!r}; allowed are the parameters' names, "
                     f"{NAMES[0]} to {NAMES[-1]}"
                 )
-            half[NAMES.index(name)] = _checked_bound(f"half_ranges[{name!r}]", value, "(SI)")
-        return half
+            kept[name] = _checked_bound(f"half_ranges[{name!r}]", value, "(SI)")
+        object.__setattr__(self, "half_ranges", kept)
 
     @classmethod
     def from_file(
@@ -174,6 +214,7 @@ class ParameterSpace:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
+            sources=knee.sources,
         )
 
     @property
@@ -188,19 +229,19 @@ class ParameterSpace:
 
     def to_unit(self, x: ArrayLike) -> FloatArray:
         """Map SI values, shape (..., 28), to the unit cube; parameters that are held map to 0.5."""
-        values = np.asarray(x, dtype=np.float64)
+        values = _with_last_axis("x", x, N_PARAMETERS)
         width = np.where(self.free, self.upper - self.lower, 1.0)
         return np.where(self.free, (values - self.lower) / width, 0.5)
 
     def from_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the unit cube, shape (..., 28), to SI values within the bounds."""
-        unit = np.asarray(u, dtype=np.float64)
+        unit = _with_last_axis("u", u, N_PARAMETERS)
         values = self.lower + unit * (self.upper - self.lower)
         return np.clip(values, self.lower, self.upper)
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the free parameters' unit cube, shape (..., n_free), to SI, (..., 28)."""
-        unit = np.asarray(u, dtype=np.float64)
+        unit = _with_last_axis("u", u, self.n_free)
         full = np.full((*unit.shape[:-1], N_PARAMETERS), 0.5)
         full[..., self.free] = unit
         return self.from_unit(full)
@@ -219,6 +260,7 @@ class ParameterSpace:
         return dump_knee(
             baseline=self.baseline,
             half_ranges=self._half_ranges_of(self.baseline),
+            sources=self.sources,
             current=current,
             title=self.title,
             note=self.note,

@@ -21,8 +21,14 @@ WIDTH = 100
 
 def render(parts: Iterable[RenderableType], *, html: bool = False) -> str:
     """Return rich renderables as plain text, or as HTML for a notebook."""
+    parts = list(parts)
     console = Console(file=io.StringIO(), width=WIDTH, record=True, force_jupyter=False)
+    # A wider console, rather than numbers that are cut.
+    console.width = max(
+        [WIDTH, *(console.measure(p).maximum for p in parts if isinstance(p, Table))]
+    )
     for part in parts:
+        # Text wraps at words by itself where it must; commands are to be copied whole.
         console.print(part)
     if html:
         return console.export_html(
@@ -45,8 +51,10 @@ def degrees(value: float) -> str:
     return f"{np.degrees(value):.2f}" if np.isfinite(value) else "failed"
 
 
-def response_table(response: "Response", at_rest: "Response | None" = None) -> str:
-    """Return one knee's response as text, with the angles `at_rest` if they are given."""
+def response_table(
+    response: "Response", at_rest: "Response | None" = None, *, html: bool = False
+) -> str:
+    """Return one knee's response as text or HTML, with the angles `at_rest` if they are given."""
     columns = ["load N m", "flexion deg"] + [f"{name.upper()} N" for name in LIGAMENTS]
     columns += ["contact N", "indent mm", "AP mm", "settled"]
     beside = at_rest is not None and math.isnan(at_rest.lost_at)
@@ -73,4 +81,4 @@ def response_table(response: "Response", at_rest: "Response | None" = None) -> s
     lost_at = response.lost_at if at_rest is None else at_rest.lost_at
     if not math.isnan(lost_at):
         below.append(Text(f"No equilibrium could be followed to {lost_at:+g} N m: dynamics shown."))
-    return render([rows, *below])
+    return render([rows, *below], html=html)

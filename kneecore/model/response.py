@@ -94,10 +94,19 @@ class Response:
         """Number of loads at which the knee had not come to rest; 0 for a failed model."""
         return 0 if self.refinements < 0 else int(np.count_nonzero(~self.settled))
 
+    def __repr__(self) -> str:
+        angles = ", ".join(f"{a:.2f}" for a in np.degrees(self.flexion))
+        return f"Response(status={self.status!r}, flexion in deg: {angles})"
+
     def __str__(self) -> str:
         from kneecore.tables import response_table  # rich is not needed to simulate
 
         return response_table(self)
+
+    def _repr_html_(self) -> str:
+        from kneecore.tables import response_table
+
+        return response_table(self, html=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

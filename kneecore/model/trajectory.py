@@ -47,6 +47,9 @@ class Trajectory:
     ap_position: FloatArray
     """Shape (2, n), m."""
 
+    def __repr__(self) -> str:
+        return f"Trajectory({len(self.time)} frames in 2 directions, 0 to {self.time[-1]:g} s)"
+
 
 def trajectory(
     x: ArrayLike,
@@ -71,7 +74,7 @@ def trajectory(
     ModelError
         If the model fails, whatever the time step.
     """
-    if frame_steps not in _ALLOWED_STEPS:
+    if not isinstance(frame_steps, int | np.integer) or frame_steps not in _ALLOWED_STEPS:
         raise ParameterError(
             f"`frame_steps` is {frame_steps!r}; one of {', '.join(map(str, _ALLOWED_STEPS))} "
             "is allowed"

@@ -1,6 +1,7 @@
 """The genetic algorithm's constants, apart from its code: a command line shows them fast."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,22 +34,27 @@ class GeneticOptions:
     silent; a 100 x 100 search ends a little lower where all genes mutate."""
 
     def __post_init__(self) -> None:
+        for option in fields(self):
+            value = getattr(self, option.name)
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise ParameterError(f"`{option.name}` is {value!r}; a number is allowed")
+            object.__setattr__(self, option.name, float(value))
         shares = (self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
-        if min(shares) <= 0.0 or abs(sum(shares) - 1.0) > 1e-9:
+        if not (min(shares) > 0.0 and abs(sum(shares) - 1.0) <= 1e-9):
             raise ParameterError(
                 "`crossover_fraction`, `mutation_fraction`, `elite_fraction` are "
                 f"{shares[0]:g}, {shares[1]:g}, {shares[2]:g}; three positive shares with sum 1 "
                 "are allowed"
             )
         allowed = {
-            "blx_alpha": (0.0, np.inf),
-            "mutation_b": (0.0, np.inf),
+            "blx_alpha": (0.0, 100.0),
+            "mutation_b": (0.0, 1000.0),
             "rank_eta_min": (0.0, 1.0),
             "gene_mutation_probability": (0.0, 1.0),
         }
         for name, (low, high) in allowed.items():
             value = getattr(self, name)
-            if not (np.isfinite(value) and low <= value <= high):
+            if not low <= value <= high:
                 raise ParameterError(f"`{name}` is {value:g}; {low:g} to {high:g} is allowed")
 
     def split(self, pop_size: int) -> tuple[int, int, int]:

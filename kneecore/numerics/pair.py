@@ -31,7 +31,8 @@ class ModelPair:
     def __call__(self, pairs: FloatArray) -> FloatArray:
         """Return f of `pairs`, shape (n, 2 d) -> (n,); minus infinity where a model failed."""
         y = self.model(pairs.reshape(2 * len(pairs), -1)).reshape(len(pairs), 2, -1)
-        f: FloatArray = (np.abs(y[:, 0] - y[:, 1]) * self.weights).sum(axis=1)
+        with np.errstate(invalid="ignore"):
+            f: FloatArray = (np.abs(y[:, 0] - y[:, 1]) * self.weights).sum(axis=1)
         return np.where(np.isfinite(f), f, -np.inf)
 
 

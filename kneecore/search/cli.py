@@ -3,7 +3,7 @@
 import sys
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Literal
 
 from kneecore import _cli
@@ -17,6 +17,14 @@ if TYPE_CHECKING:
     from kneecore.space import ParameterSpace
 
 COMMAND = "python -m kneecore.search"
+# The library's names for arguments that the command line calls otherwise.
+_NAMES = {
+    "n_generations": "--generations",
+    "n_runs": "--runs",
+    "search_space": "--space",
+    "folder": "--out",
+    **{f.name: f"--ga.{f.name.replace('_', '-')}" for f in fields(GeneticOptions)},
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,43 +82,58 @@ def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> 
 
 def _find(options: Options) -> tuple["SearchResult", bool]:
     """Check everything, search with progress, and tell whether Ctrl-C was pressed."""
-    from kneecore.search.output import prepare_folder
-    from kneecore.search.show_progress import shown_progress
+    from kneecore.search.show_progress import ProgressDisplay
 
     def work(stop: threading.Event) -> "SearchResult":
-        from kneecore._threads import thread_count
-
         space = options.knees()
-        thread_count(options.threads)
-        if options.out is not None:
-            prepare_folder(options.out, force=options.force)
-        with shown_progress(quiet=options.quiet) as show:
-            return _search(options, space, lambda report: show(report) or stop.is_set())
+        _check(options, space)
+        return _search(options, space, lambda report: show(report) or stop.is_set())
 
-    return _cli.run_cancellable(work, COMMAND)
+    with ProgressDisplay(quiet=options.quiet) as show:
+        return _cli.run_cancellable(work, COMMAND, show.close)
 
 
-def _save(options: Options, result: "SearchResult", *, interrupted: bool) -> bool:
-    """Write the files that were asked for; return whether Ctrl-C was pressed."""
+def _check(options: Options, space: "ParameterSpace") -> None:
+    """Refuse what can be refused before anything is computed or written."""
+    from kneecore._threads import thread_count
+    from kneecore.search.output import prepare_folder
+    from kneecore.search.pair_search import PairSettings
+
+    settings = PairSettings(
+        search_space=options.space,
+        training_samples=options.training_samples,
+        pop_size=options.pop_size,
+        n_generations=options.generations,
+        n_runs=options.runs,
+        options=options.ga,
+        seed=options.seed,
+    )
+    settings.check_training(space.n_free)
+    thread_count(options.threads)
+    if options.out is not None:
+        prepare_folder(options.out, force=options.force)
+
+
+def _save(options: Options, result: "SearchResult", *, interrupted: bool) -> tuple[int, bool]:
+    """Write the files that were asked for; return how many, and whether Ctrl-C was pressed."""
     if options.out is None:
-        return interrupted
+        return 0, interrupted
     try:
-        paths = result.save(options.out, force=options.force, figures=not interrupted)
+        written = result.save(options.out, force=options.force, figures=not interrupted)
     except KeyboardInterrupt:
         interrupted = True
-        paths = result.save(options.out, force=True, figures=False)
-    if not interrupted and not options.quiet:
-        print(f"{COMMAND}: {len(paths)} files written to {options.out}", file=sys.stderr)
-    return interrupted
+        written = result.save(options.out, force=True, figures=False)
+    return len(written), interrupted
 
 
-def _tell_interrupted(options: Options, result: "SearchResult") -> int:
-    bred = len(result.history) - 1
-    where = "nothing was saved"
-    if options.out is not None:
-        where = f"the best pair until then is in {options.out} (result.json, curves.csv)"
-    told = f"interrupted after generation {bred} of {result.n_generations}; {where}"
-    print(f"{COMMAND}: {told}", file=sys.stderr)
+def _tell_interrupted(options: Options, result: "SearchResult", n_files: int) -> int:
+    kept = "nothing was saved"
+    if n_files:
+        kept = f"the best pair until then is in {options.out} (result.json, curves.csv)"
+    when = f"after {result.counts['pairs_evaluated']:,} pairs"
+    if result.stop_reason == "max_generations":
+        when = "after the search"
+    print(f"{COMMAND}: interrupted {when}; {kept}", file=sys.stderr)
     return _cli.INTERRUPTED
 
 
@@ -119,15 +142,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _cli.parse(Options, arguments, COMMAND)
     from kneecore.search.cancelled import Cancelled
 
+    n_files = 0
     try:
         result, interrupted = _find(options)
-        interrupted = _save(options, result, interrupted=interrupted)
+        n_files, interrupted = _save(options, result, interrupted=interrupted)
+        if interrupted:
+            return _tell_interrupted(options, result, n_files)
+        if n_files and not options.quiet:
+            print(f"{COMMAND}: {n_files} files written to {options.out}", file=sys.stderr)
+        _cli.put(result.to_json().rstrip("\n") if options.json else str(result))
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error)
+        return _cli.fail(COMMAND, error, options, _NAMES)
     except (Cancelled, KeyboardInterrupt):
-        print(f"{COMMAND}: interrupted; nothing was saved", file=sys.stderr)
+        kept = f"{n_files} files are in {options.out}" if n_files else "nothing was saved"
+        print(f"{COMMAND}: interrupted; {kept}", file=sys.stderr)
         return _cli.INTERRUPTED
-    if interrupted:
-        return _tell_interrupted(options, result)
-    _cli.put(result.to_json().rstrip("\n") if options.json else str(result))
-    return _cli.DONE
+    return _cli.DONE if result.objective_model is not None else _cli.NO_ANSWER

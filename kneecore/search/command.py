@@ -37,7 +37,7 @@ def command_line(result: "SearchResult") -> str:
         ("--training-samples", result.training_samples, 50),
         ("--pop-size", result.pop_size, 200),
         ("--generations", result.n_generations, 800),
-        ("--runs", len(result.run_values), 1),
+        ("--runs", result.n_runs, 1),
         ("--objective", result.objective, "all"),
         ("--seed", result.seed, 0),
         ("--rest-length", result.rest_length, "recomputed"),

@@ -5,17 +5,19 @@ import io
 import json
 import math
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._json import DIGITS, plain
 from kneecore.errors import FileFormatError, KneecoreError
-from kneecore.model.response import MOMENT, Response, status_text
+from kneecore.model.response import MOMENT, Response, RestLength, status_text
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.parameters import LIGAMENTS, NAMES
-from kneecore.search.result import SearchResult
+from kneecore.parameters import LIGAMENTS, NAMES, check_physical
+from kneecore.search.knee import Objective
+from kneecore.search.pair_search import SearchSpace
+from kneecore.search.result import COUNTS, SearchResult
 from kneecore.space import ParameterSpace
 
 SCHEMA = "kneecore.result/1"
@@ -80,6 +82,7 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     document["search"] = {
         "pop_size": result.pop_size,
         "generations": result.n_generations,
+        "runs": result.n_runs,
         "training_samples": result.training_samples,
         "options": {k: getattr(result.options, k) for k in GeneticOptions.__dataclass_fields__},
         "run_values": plain(result.run_values),
@@ -93,6 +96,7 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "slope_bound_deg": space.slope_bound_deg,
         "material_bound_percent": space.material_bound_percent,
         "half_ranges": dict(space.half_ranges) if space.half_ranges is not None else None,
+        "sources": list(space.sources) if space.sources is not None else None,
         "lower": _named(space.lower),
         "upper": _named(space.upper),
     }
@@ -121,7 +125,7 @@ def _training(result: SearchResult) -> dict[str, Any] | None:
     return {
         "n_samples": len(result.training_x),
         "n_failed": int(np.count_nonzero(failed)),
-        "loo_rms_deg": plain(np.nan if result.loo_rms_deg is None else result.loo_rms_deg),
+        "loo_rms_deg": _optional(result.loo_rms_deg),
         "parameters": result.training_x.tolist(),
         "flexion_deg": plain(result.training_flexion, 180.0 / math.pi),
     }
@@ -192,6 +196,25 @@ def _vector(table: dict[str, Any], where: str) -> FloatArray:
     return _array([table[name] for name in NAMES], (len(NAMES),), where)
 
 
+def _two_knees(sets: Any) -> FloatArray:
+    if not isinstance(sets, list) or len(sets) != 2:
+        raise FileFormatError("`parameters` must hold two knees")
+    return check_physical([_vector(knee, "parameters") for knee in sets], "parameters")
+
+
+def _number_or_none(table: dict[str, Any], key: str) -> float | None:
+    value = table[key]
+    if value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
+        return None if value is None else float(value)
+    raise FileFormatError(f"`{key}` is {value!r}; a number or null is allowed")
+
+
+def _choice(table: dict[str, Any], key: str, allowed: tuple[Any, ...]) -> Any:
+    if table[key] not in allowed:
+        raise FileFormatError(f"`{key}` is {table[key]!r}; {', '.join(allowed)} are allowed")
+    return table[key]
+
+
 def _space(document: dict[str, Any]) -> ParameterSpace:
     baseline = document["baseline"]
     return ParameterSpace(
@@ -200,6 +223,7 @@ def _space(document: dict[str, Any]) -> ParameterSpace:
         slope_bound_deg=baseline["slope_bound_deg"],
         material_bound_percent=baseline["material_bound_percent"],
         half_ranges=baseline["half_ranges"],
+        sources=None if baseline["sources"] is None else tuple(map(str, baseline["sources"])),
         baseline=_vector(baseline["parameters"], "baseline.parameters"),
         title=str(baseline["title"]),
         note=baseline["note"],
@@ -212,10 +236,10 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
     n = -1 if training is None else len(training["parameters"])
     return cls(
         space=_space(document),
-        search_space=document["space"],
-        objective=document["objective"],
-        rest_length=document["rest_length"],
-        x=np.array([_vector(p, "parameters") for p in document["parameters"]]),
+        search_space=_choice(document, "space", get_args(SearchSpace)),
+        objective=_choice(document, "objective", get_args(Objective)),
+        rest_length=_choice(document, "rest_length", get_args(RestLength)),
+        x=_two_knees(document["parameters"]),
         baseline=_response(document, "baseline"),
         model_1=_response(document, "model_1"),
         model_2=_response(document, "model_2"),
@@ -224,25 +248,26 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
         else np.radians(
             _array([predicted["model_1"], predicted["model_2"]], (2, _N_LOADS), "predicted")
         ),
-        objective_surrogate=document["objective_surrogate"],
-        objective_model=document["objective_model"],
-        gap_percent=document["gap_percent"],
+        objective_surrogate=_number_or_none(document, "objective_surrogate"),
+        objective_model=_number_or_none(document, "objective_model"),
+        gap_percent=_number_or_none(document, "gap_percent"),
         training_x=None
         if training is None
         else _array(training["parameters"], (n, len(NAMES)), "training.parameters"),
         training_flexion=None
         if training is None
         else np.radians(_array(training["flexion_deg"], (n, _N_LOADS), "training.flexion_deg")),
-        loo_rms_deg=None if training is None else training["loo_rms_deg"],
+        loo_rms_deg=None if training is None else _number_or_none(training, "loo_rms_deg"),
         run_values=tuple(_array(search["run_values"], (-1,), "run_values").tolist()),
         history=_array(search["history"], (-1,), "history"),
         pop_size=int(search["pop_size"]),
         n_generations=int(search["generations"]),
+        n_runs=int(search["runs"]),
         training_samples=int(search["training_samples"]),
         options=GeneticOptions(**search["options"]),
         seed=int(document["seed"]),
         stop_reason=str(document["stop_reason"]),
-        counts={k: int(v) for k, v in document["counts"].items()},
+        counts={k: int(document["counts"][k]) for k in COUNTS},
         seconds={k: float(v) for k, v in document["seconds"].items()},
         threads=int(document["threads"]),
         versions={k: str(v) for k, v in document["versions"].items()},
@@ -272,7 +297,7 @@ def from_text(cls: type[_Result], text: str) -> _Result:
         raise FileFormatError(f"no usable result: {error}") from None
     except KeyError as error:
         raise FileFormatError(f"the key {error} is missing") from None
-    except (TypeError, ValueError, AttributeError, IndexError) as error:
+    except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise FileFormatError(f"no usable result: {error}") from None
 
 

@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 COLOURS = {"baseline": "#8c8c8c", "model_1": "#0072B2", "model_2": "#D55E00"}
 LABELS = {"baseline": "baseline", "model_1": "model 1", "model_2": "model 2"}
 _ORDER = np.argsort(-MOMENT)
+REST_DEG = float(np.degrees(THETA_0))
 STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.spines.right": False,
@@ -38,17 +39,28 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def _curve(response: Response, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (angles in deg, values) along the motion, the load-free pose in its place."""
-    half = len(MOMENT) // 2
-    angles = np.insert(np.degrees(response.flexion[_ORDER]), half, np.degrees(THETA_0))
-    return angles, np.insert(values[_ORDER], half, 0.0)
+def _along(values: FloatArray, through_rest: bool, at_rest: float = REST_DEG) -> FloatArray:
+    """Return values in the order of the motion, with that of the load-free pose between.
+
+    Knees with the baseline's rest lengths are under load in that pose: nothing is put in then.
+    """
+    ordered = values[_ORDER]
+    return np.insert(ordered, len(MOMENT) // 2, at_rest) if through_rest else ordered
+
+
+def _curve(
+    response: Response, values: FloatArray, through_rest: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return (angles in deg, values) along the motion."""
+    return _along(np.degrees(response.flexion), through_rest), _along(values, through_rest, 0.0)
 
 
 def _draw(axes: Axes, result: "SearchResult", values: dict[str, FloatArray]) -> None:
     for name, response in result.models.items():
+        if response.status == "failed":
+            continue
         axes.plot(
-            *_curve(response, values[name]),
+            *_curve(response, values[name], result.rest_length == "recomputed"),
             marker="o",
             markersize=3,
             linewidth=1.6,
@@ -64,10 +76,11 @@ def _moment_angle(result: "SearchResult") -> Figure:
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     if result.training_flexion is not None:
-        for row, flexion in enumerate(np.degrees(result.training_flexion[:, _ORDER])):
+        through_rest = result.rest_length == "recomputed"
+        for row, flexion in enumerate(np.degrees(result.training_flexion)):
             axes.plot(
-                np.insert(flexion, len(MOMENT) // 2, np.degrees(THETA_0)),
-                np.insert(MOMENT[_ORDER], len(MOMENT) // 2, 0.0),
+                _along(flexion, through_rest),
+                _along(MOMENT, through_rest, 0.0),
                 color="0.8",
                 linewidth=0.6,
                 label="training samples" if row == 0 else None,
@@ -165,15 +178,20 @@ def _ap_position(result: "SearchResult") -> Figure:
     return figure
 
 
+_FIGURES = {
+    "figure_1_moment_angle": _moment_angle,
+    "figure_2_geometry": _geometry,
+    "figure_3_ligament_forces": _ligament_forces,
+    "figure_4_ap_displacement": _ap_position,
+}
+FIGURE_FILES = tuple(f"{name}.{ending}" for name in _FIGURES for ending in ("png", "svg"))
+"""Names of the files that `render_figures` gives."""
+
+
 def draw_figures(result: "SearchResult") -> dict[str, Figure]:
     """Return the four figures by file name (without an ending)."""
     with mpl.rc_context(STYLE):
-        return {
-            "figure_1_moment_angle": _moment_angle(result),
-            "figure_2_geometry": _geometry(result),
-            "figure_3_ligament_forces": _ligament_forces(result),
-            "figure_4_ap_displacement": _ap_position(result),
-        }
+        return {name: draw(result) for name, draw in _FIGURES.items()}
 
 
 def render(figures: dict[str, Figure]) -> Iterator[tuple[str, bytes]]:

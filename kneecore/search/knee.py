@@ -90,8 +90,8 @@ class KneeSurrogate:
         return self.training.n_failed
 
     @property
-    def loo_rms_deg(self) -> float:
-        """Root mean square leave-one-out error over samples and loads, deg."""
+    def loo_rms_deg(self) -> float | None:
+        """Root mean square leave-one-out error, deg; None if there are too few samples for it."""
         return self.training.loo_rms
 
     def predict(self, x: ArrayLike) -> FloatArray:

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,29 +15,51 @@ if TYPE_CHECKING:
 RESULT_FILE = "result.json"
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write `content` to `path` by way of a temporary file beside it.
+def _stage(path: Path, content: bytes) -> Path:
+    """Write `content` to a temporary file beside `path`, with the user's usual permissions."""
+    staged = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        staged.write_bytes(content)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            staged.unlink()
+        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    except BaseException:
+        staged.unlink(missing_ok=True)
+        raise
+    return staged
+
+
+def write_all(
+    folder: Path, files: Iterable[tuple[str, bytes]], *, stale: Iterable[str] = ()
+) -> tuple[Path, ...]:
+    """Write files to `folder`, each whole or not at all, the last one last.
+
+    All are written under temporary names first: a full disk, or Ctrl-C before the last of them is
+    ready, leaves what was there. Then the old files, `stale` ones included, make way.
 
     Raises
     ------
     OutputError
-        If it cannot be written; nothing is left behind.
+        If they cannot be written.
     """
+    staged: list[tuple[Path, Path]] = []
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        for name, content in files:
+            staged.append((_stage(folder / name, content), folder / name))
+        names = [path.name for _, path in staged]
+        # The last file tells that the others are there: it goes first and comes last.
+        for name in reversed([*stale, *names]):
+            (folder / name).unlink(missing_ok=True)
+        for temporary, path in staged:
+            os.replace(temporary, path)
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException as error:
-        with contextlib.suppress(OSError):
-            os.unlink(name)
-        if isinstance(error, OSError):
-            raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
-        raise
+        raise OutputError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    finally:
+        for temporary, _ in staged:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+    return tuple(path for _, path in staged)
 
 
 def prepare_folder(folder: str | Path, *, force: bool, holds: str = RESULT_FILE) -> Path:
@@ -56,20 +78,25 @@ def prepare_folder(folder: str | Path, *, force: bool, holds: str = RESULT_FILE)
     OutputError
         If it holds a result already and `force` is not given, or cannot be written.
     """
+    if str(folder) == "":
+        raise OutputError("`folder` is empty; the name of a folder is allowed")
     folder = Path(folder)
-    if (folder / holds).exists() and not force:
-        raise OutputError(
-            f"`--out` is {str(folder)!r}, which holds a {holds} already; "
-            "another folder or --force is allowed"
-        )
     try:
+        if (folder / holds).exists() and not force:
+            raise OutputError(
+                f"`folder` is {str(folder)!r}, which holds a {holds} already; "
+                "another folder or --force is allowed"
+            )
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError as error:
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
         raise OutputError(
-            f"`--out` is {str(folder)!r}, which cannot be written "
-            f"({error.strerror or error}); a writable folder is allowed"
+            f"`folder` is {str(folder)!r}, which cannot be written "
+            f"({reason}); a writable folder is allowed"
         ) from None
     return folder
 
@@ -91,12 +118,8 @@ def save(
     result: "SearchResult", folder: str | Path, *, force: bool = False, figures: bool = True
 ) -> tuple[Path, ...]:
     """Write a result's files to `folder`; see `SearchResult.save`."""
+    from kneecore.search.figures import FIGURE_FILES
+
     folder = prepare_folder(folder, force=force)
-    # An old result.json beside new curves would tell a wrong story if this were interrupted.
-    with contextlib.suppress(FileNotFoundError):
-        (folder / RESULT_FILE).unlink()
-    written = []
-    for name, content in _contents(result, figures):
-        write_whole(folder / name, content)
-        written.append(folder / name)
-    return tuple(written)
+    stale = [*FIGURE_FILES, "curves.csv", "knee.toml"]
+    return write_all(folder, _contents(result, figures), stale=stale)

@@ -49,8 +49,10 @@ class PairSettings:
                 f"`search_space` is {self.search_space!r}; 'surrogate' or 'model' is allowed"
             )
         for name in ("training_samples", "pop_size", "n_generations", "n_runs"):
-            check_count(name, getattr(self, name))
-        check_seed(self.seed)
+            object.__setattr__(self, name, check_count(name, getattr(self, name)))
+        object.__setattr__(self, "seed", check_seed(self.seed))
+        if not isinstance(self.options, GeneticOptions):
+            raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
         self.options.split(self.pop_size)
 
     def check_training(self, n_dimensions: int) -> None:
@@ -87,9 +89,10 @@ class Training:
         return int(np.count_nonzero(~np.isfinite(self.values).all(axis=1)))
 
     @property
-    def loo_rms(self) -> float:
-        """Root mean square of the leave-one-out errors, in the outputs' unit."""
-        return float(np.sqrt(np.mean(self.surrogate.loo_errors**2)))
+    def loo_rms(self) -> float | None:
+        """Root mean square of the leave-one-out errors, in the outputs' unit; None if unknown."""
+        errors = self.surrogate.loo_errors
+        return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,12 +169,19 @@ def train(
     )
 
 
-def _outputs(model: UnitModel, points: FloatArray) -> FloatArray:
-    values = np.asarray(model(points), dtype=np.float64)
-    if values.ndim != 2 or len(values) != len(points):
+def _outputs(model: UnitModel, points: FloatArray, n_values: int | None = None) -> FloatArray:
+    """Return the model's outputs, checked to have one row a point (and `n_values` columns)."""
+    given = model(points)
+    try:
+        values = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError("`model` returned something other than an array of numbers") from None
+    wanted = "m" if n_values is None else str(n_values)
+    fits = values.ndim == 2 and len(values) == len(points) and values.shape[1] > 0
+    if not fits or n_values not in (None, values.shape[1]):
         raise ParameterError(
             f"`model` returned shape {values.shape} for {len(points)} rows; "
-            f"({len(points)}, m) is allowed"
+            f"({len(points)}, {wanted}) is allowed"
         )
     return values
 
@@ -262,7 +272,7 @@ def find_pair(
     else:
         n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
         wanted = _checked_weights(weights, n_values)
-        objective = ModelPair(model, wanted)
+        objective = ModelPair(lambda u: _outputs(model, u, n_values), wanted)
     start = time.perf_counter()
     results = _run_all(objective, n_dimensions, settings, callback)
     values = [r.value for r in results]

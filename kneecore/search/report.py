@@ -9,6 +9,7 @@ from rich.text import Text
 
 from kneecore.model.response import MOMENT
 from kneecore.parameters import LIGAMENTS, NAMES, STRUCTURE, display_values
+from kneecore.search.command import needs_file
 from kneecore.tables import degrees, render, table
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ def summary_sentence(result: "SearchResult") -> str:
 
     failed = [n for n, r in result.models.items() if r.status == "failed"]
     if failed:
-        return f"The true model fails for {' and '.join(failed)}; no angles can be compared."
+        told = f"The true model fails for {' and '.join(failed)}; no angles can be compared."
+        if result.search_space == "surrogate":
+            told += " A search in the true model leaves such knees out (--space model)."
+        return told
     one, two = (np.degrees(m.flexion[LARGEST_EXTENSION]) for m in (result.model_1, result.model_2))
     moment = MOMENT[LARGEST_EXTENSION]
     return f"At {moment:+g} N m model 1 {_pose(one)} and model 2 {_pose(two)}."
@@ -113,19 +117,21 @@ def _footer(result: "SearchResult") -> str:
     counts, seconds = result.counts, result.seconds
     held = len(NAMES) - result.space.n_free
     lines = [f"Held at the baseline: {held} parameters."] if held else []
-    if result.loo_rms_deg is not None and result.training_x is not None:
-        lines.append(
-            f"Surrogate: {len(result.training_x)} samples, leave-one-out error "
-            f"{result.loo_rms_deg:.2f} deg (root mean square)."
-        )
+    if result.training_x is not None:
+        error = "unknown (too few samples)"
+        if result.loo_rms_deg is not None:
+            error = f"{result.loo_rms_deg:.2f} deg (root mean square)"
+        lines.append(f"Surrogate: {len(result.training_x)} samples, leave-one-out error {error}.")
     lines += [
         f"{counts['pairs_evaluated']:,} pairs evaluated, {counts['models_simulated']:,} models "
         f"simulated: {counts['models_failed']} failed, {counts['models_refined']} refined, "
         f"{counts['models_unsettled']} with an unsettled load.",
         "Seconds: " + ", ".join(f"{name} {value:.3f}" for name, value in seconds.items()) + ".",
         f"Baseline: {result.space.title}. {result.space.note or ''}".rstrip(),
-        f"Again: {result.command()}",
     ]
+    if result.stop_reason != "cancelled":
+        file = " (knee.toml is written with the result's files)" if needs_file(result.space) else ""
+        lines.append(f"Again{file}: {result.command()}")
     return "\n".join(lines)
 
 
@@ -150,8 +156,8 @@ def result_html(result: "SearchResult") -> str:
     return render(_parts(result), html=True)
 
 
-def pair_report(result: "PairResult") -> str:
-    """Return the result for a model of the user's own as text."""
+def pair_report(result: "PairResult", *, html: bool = False) -> str:
+    """Return the result for a model of the user's own as text, or as HTML."""
     model = "failed" if result.objective_model is None else f"{result.objective_model:.6g}"
     lines = [f"f (model): {model}"]
     if result.objective_surrogate is not None:
@@ -164,4 +170,4 @@ def pair_report(result: "PairResult") -> str:
     outputs = table("Outputs", "output", "model 1", "model 2", "difference")
     for j, (a, b) in enumerate(result.y.T):
         outputs.add_row(str(j), *(f"{v:.6g}" for v in (a, b, b - a)))
-    return render([Text("\n".join(lines)), rows, outputs])
+    return render([Text("\n".join(lines)), rows, outputs], html=html)

@@ -21,6 +21,14 @@ from kneecore.space import ParameterSpace
 __all__ = ["PairResult", "SearchResult", "versions"]
 
 FloatArray = NDArray[np.float64]
+COUNTS = (
+    "pairs_evaluated",
+    "models_simulated",
+    "models_failed",
+    "models_refined",
+    "models_unsettled",
+)
+"""Keys of `SearchResult.counts`."""
 LARGEST_EXTENSION = int(np.argmax(MOMENT))
 LARGEST_FLEXION = int(np.argmin(MOMENT))
 
@@ -70,10 +78,18 @@ class PairResult:
     seed: int
     seconds: Mapping[str, float]
 
+    def __repr__(self) -> str:
+        return f"PairResult(objective_model={self.objective_model}, x={self.x.tolist()})"
+
     def __str__(self) -> str:
         from kneecore.search.report import pair_report
 
         return pair_report(self)
+
+    def _repr_html_(self) -> str:
+        from kneecore.search.report import pair_report
+
+        return pair_report(self, html=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,6 +134,8 @@ class SearchResult:
     """Best f after each generation of the best run, deg."""
     pop_size: int
     n_generations: int
+    n_runs: int
+    """Runs that were asked for; `run_values` tells how many there were."""
     training_samples: int
     options: GeneticOptions
     seed: int
@@ -157,6 +175,9 @@ class SearchResult:
         if difference is None or not np.isfinite(motion) or motion == 0.0:
             return None
         return 100.0 * difference / motion
+
+    def __repr__(self) -> str:
+        return f"SearchResult({self.summary()!r}, objective_model={self.objective_model})"
 
     def __str__(self) -> str:
         from kneecore.search.report import result_report

@@ -1,61 +1,81 @@
-"""Progress of a search on stderr: a bar on a terminal, a line a stage elsewhere."""
+"""Progress on stderr: a bar on a terminal, a line a stage elsewhere."""
 
-import contextlib
 import sys
-from collections.abc import Iterator
+from types import TracebackType
+from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
-from kneecore.search.progress import Callback, Progress
+from kneecore.search.progress import Progress
 
 _TOLD = {
-    "compile": "compiling or loading the kernels (the first run takes some seconds)",
+    "compile": "loading the kernels (the first run compiles)",
     "sampling": "sampling the true model",
     "fit": "fitting the surrogate",
     "search": "searching",
-    "verify": "computing the best pair in the true model",
+    "verify": "computing the best pair again",
 }
 
 
-def _lines(report: Progress, told: set[str]) -> None:
-    if report.stage not in told:
-        told.add(report.stage)
-        print(f"{_TOLD[report.stage]} ...", file=sys.stderr, flush=True)
+class ProgressDisplay:
+    """Shows the reports it is called with, and never cancels.
 
+    Parameters
+    ----------
+    quiet : bool
+        Whether to show nothing.
+    """
 
-@contextlib.contextmanager
-def shown_progress(*, quiet: bool) -> Iterator[Callback]:
-    """Give a callback that shows the reports it gets and never cancels."""
-    if quiet:
-        yield lambda _: None
-        return
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        told: set[str] = set()
-        yield lambda report: _lines(report, told)
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TextColumn("{task.fields[best]}"),
-        TimeElapsedColumn(),
-    )
-    with Bar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("starting", total=None, best="")
+    def __init__(self, *, quiet: bool) -> None:
+        self._told: set[str] = set()
+        self._quiet = quiet
+        self._bar: Bar | None = None
+        console = Console(stderr=True)
+        if console.is_terminal and not quiet:
+            self._bar = Bar(
+                TextColumn("{task.description}"),
+                BarColumn(bar_width=20),
+                TextColumn("{task.fields[best]}"),
+                TimeElapsedColumn(),
+                console=console,
+                transient=True,
+            )
+            self._task = self._bar.add_task("starting", total=None, best="")
 
-        def show(report: Progress) -> None:
-            best = "" if report.best is None else f"best f {report.best:.2f} deg"
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Take the bar away and give the cursor back."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, report: Progress) -> bool:
+        """Show a report."""
+        if self._bar is not None:
+            best = "" if report.best is None else f"f {report.best:.2f} deg"
             # A stage of unknown length pulses.
             total = report.total if report.total > 1 else None
-            bar.update(
-                task,
+            self._bar.update(
+                self._task,
                 description=_TOLD[report.stage],
                 completed=report.done,
                 total=total,
                 best=best,
             )
-
-        yield show
+        elif not self._quiet and report.stage not in self._told:
+            self._told.add(report.stage)
+            print(f"{_TOLD[report.stage]} ...", file=sys.stderr, flush=True)
+        return False

@@ -28,6 +28,7 @@ from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
 from kneecore.model.response import RestLength, simulate_batch
 from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.search.cancelled import Cancelled
 from kneecore.search.knee import KneeModel, Objective, load_weights
 from kneecore.search.pair_search import PairOutcome, PairSettings, SearchSpace, find_pair
 from kneecore.search.progress import Callback, Progress
@@ -134,8 +135,8 @@ def worst_case(
     options : GeneticOptions, optional
         The genetic algorithm's constants.
     callback : callable, optional
-        Gets `Progress` reports; a true result cancels. What was found until then is returned, with
-        the `stop_reason` "cancelled".
+        Gets `Progress` reports; a true result cancels. A search that has begun returns what it has
+        found, with the `stop_reason` "cancelled".
 
     Returns
     -------
@@ -165,11 +166,19 @@ def worst_case(
             raise ParameterError(
                 "`lower`, `upper`, `names`, `weights` need a `model`; for the knee use `space`"
             )
+        if not isinstance(space, ParameterSpace | None):
+            raise ParameterError(f"`space` is {space!r}; a ParameterSpace is allowed")
         return _worst_knees(
             space or ParameterSpace(), settings, objective, rest_length, threads, callback
         )
     if space is not None:
         raise ParameterError("`space` and `model` are given; only one of them is allowed")
+    if not callable(model):
+        raise ParameterError(f"`model` is {model!r}; a function of inputs (n, d) is allowed")
+    if objective != "all" or rest_length != "recomputed" or threads is not None:
+        raise ParameterError(
+            "`objective`, `rest_length`, `threads` are the knee's, not a `model`'s"
+        )
     return _worst_pair(model, lower, upper, names, weights, settings, callback)
 
 
@@ -186,8 +195,8 @@ def _worst_knees(
     n_threads = thread_count(threads)
     model = KneeModel(space, rest_length, n_threads)
     started = time.perf_counter()
-    if callback is not None:
-        callback(Progress(stage="compile", done=0, total=1))
+    if callback is not None and callback(Progress(stage="compile", done=0, total=1)):
+        raise Cancelled
     warm_up(settings.search_space)
     compiled = time.perf_counter() - started
     outcome = find_pair(model, space.n_free, weights, settings, callback)
@@ -228,6 +237,7 @@ def _worst_knees(
         history=outcome.history,
         pop_size=settings.pop_size,
         n_generations=settings.n_generations,
+        n_runs=settings.n_runs,
         training_samples=settings.training_samples,
         options=settings.options,
         seed=settings.seed,
@@ -247,6 +257,16 @@ def _order(outcome: PairOutcome, output: int) -> list[int]:
     return [1, 0] if y[0] > y[1] else [0, 1]
 
 
+def _numbers(name: str, values: ArrayLike) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ParameterError(f"`{name}` is {values!r}; an array of numbers is allowed") from None
+    if not np.isfinite(array).all():
+        raise ParameterError(f"`{name}` is {values!r}; finite numbers are allowed")
+    return array
+
+
 def _worst_pair(
     model: BatchedModel,
     lower: ArrayLike | None,
@@ -258,11 +278,11 @@ def _worst_pair(
 ) -> PairResult:
     if lower is None or upper is None:
         raise ParameterError("`lower` and `upper` are needed with a `model`")
-    low, high = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
-    if low.ndim != 1 or low.shape != high.shape or not np.isfinite([low, high]).all():
+    low, high = _numbers("lower", lower), _numbers("upper", upper)
+    if low.ndim != 1 or low.shape != high.shape:
         raise ParameterError(
-            f"`lower` and `upper` have shapes {low.shape} and {high.shape}; "
-            "one shape (d,) of finite numbers is allowed"
+            f"`lower` and `upper` have shapes {low.shape} and {high.shape}; one shape (d,) is "
+            "allowed"
         )
     if (low > high).any():
         k = int(np.argmax(low > high))
@@ -272,7 +292,7 @@ def _worst_pair(
         raise ParameterError("all bounds have zero width; at least one above 0 is needed")
     if names is not None and len(names) != len(low):
         raise ParameterError(f"`names` has {len(names)} entries; {len(low)} are needed")
-    wanted = None if weights is None else np.array(weights, dtype=np.float64)
+    wanted = None if weights is None else _numbers("weights", weights)
 
     def scale(u: FloatArray) -> FloatArray:
         x = np.broadcast_to(low, (len(u), len(low))).copy()
@@ -280,7 +300,7 @@ def _worst_pair(
         return x
 
     outcome = find_pair(
-        lambda u: np.asarray(model(scale(u)), dtype=np.float64),
+        lambda u: np.asarray(model(scale(u))),
         int(np.count_nonzero(free)),
         wanted,
         settings,

@@ -13,6 +13,7 @@ from kneecore._space_options import File, Folder, SpaceOptions
 from kneecore.errors import KneecoreError
 
 if TYPE_CHECKING:
+    from kneecore.search.progress import Callback
     from kneecore.search.result import SearchResult
     from kneecore.study.comparison import Comparison
     from kneecore.study.influence import InfluenceResult
@@ -93,51 +94,49 @@ def _check(options: Options) -> None:
         prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
 
 
-def _study(options: Options, stop: threading.Event) -> Study:
+def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
     import numpy as np
 
     from kneecore.search.cancelled import Cancelled
     from kneecore.search.result import SearchResult
-    from kneecore.search.show_progress import shown_progress
     from kneecore.study.comparison import compare_with_sampling
     from kneecore.study.influence import influence
     from kneecore.study.monte_carlo import monte_carlo
 
     space = options.knees()
-    _check(options)
     worst = None if options.result is None else SearchResult.load(options.result)
+    _check(options)
     angles = None
     if worst is not None:
         angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
-    with shown_progress(quiet=options.quiet) as show:
 
-        def callback(report: Any) -> object:
-            return show(report) or stop.is_set()
+    def callback(report: Any) -> object:
+        return show(report) or stop.is_set()
 
-        sampled = monte_carlo(
-            space,
-            n_samples=options.samples,
-            sampling=options.sampling,
-            seed=options.seed,
-            rest_length=options.rest_length,
-            threads=options.threads,
-            angles_deg=angles,
-            callback=callback,
-        )
-        study = Study(sampled=sampled, worst=worst)
-        if worst is not None:
-            study.comparison = compare_with_sampling(worst, sampled)
-        if options.influence and not stop.is_set():
-            # Cancelled meanwhile: the samples are there and are worth keeping.
-            with contextlib.suppress(Cancelled):
-                study.influence = influence(
-                    space,
-                    n_base=options.base_samples,
-                    seed=options.seed,
-                    rest_length=options.rest_length,
-                    threads=options.threads,
-                    callback=callback,
-                )
+    sampled = monte_carlo(
+        space,
+        n_samples=options.samples,
+        sampling=options.sampling,
+        seed=options.seed,
+        rest_length=options.rest_length,
+        threads=options.threads,
+        angles_deg=angles,
+        callback=callback,
+    )
+    study = Study(sampled=sampled, worst=worst)
+    if worst is not None:
+        study.comparison = compare_with_sampling(worst, sampled)
+    if options.influence and not stop.is_set():
+        # Cancelled meanwhile: the samples are there and are worth keeping.
+        with contextlib.suppress(Cancelled):
+            study.influence = influence(
+                space,
+                n_base=options.base_samples,
+                seed=options.seed,
+                rest_length=options.rest_length,
+                threads=options.threads,
+                callback=callback,
+            )
     return study
 
 
@@ -154,24 +153,33 @@ def _save(options: Options, study: Study, *, figures: bool) -> None:
         return
     from pathlib import Path
 
-    from kneecore.search.output import write_whole
+    from kneecore.search.output import write_all
 
-    for name, content in _files(study, figures=figures):
-        write_whole(Path(options.out) / name, content)
+    write_all(Path(options.out), _files(study, figures=figures))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = _cli.parse(Options, arguments, COMMAND)
+    from kneecore.search.show_progress import ProgressDisplay
+
     try:
-        study, interrupted = _cli.run_cancellable(lambda stop: _study(options, stop), COMMAND)
+        with ProgressDisplay(quiet=options.quiet) as show:
+            study, interrupted = _cli.run_cancellable(
+                lambda stop: _study(options, stop, show), COMMAND, show.close
+            )
         _save(options, study, figures=not interrupted)
+        if not interrupted:
+            document = study.to_dict()
+            _cli.put(json.dumps(document, allow_nan=False) if options.json else study.report())
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error)
+        return _cli.fail(COMMAND, error, options, {"folder": "--out"})
+    except KeyboardInterrupt:
+        print(f"{COMMAND}: interrupted while writing; {STUDY_FILE} was not saved", file=sys.stderr)
+        return _cli.INTERRUPTED
     if interrupted:
         kept = "nothing was saved" if options.out is None else f"it is in {options.out}"
         told = f"interrupted after {study.sampled.n_samples:,} samples; {kept}"
         print(f"{COMMAND}: {told}", file=sys.stderr)
         return _cli.INTERRUPTED
-    _cli.put(json.dumps(study.to_dict(), allow_nan=False) if options.json else study.report())
     return _cli.DONE

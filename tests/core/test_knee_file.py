@@ -89,6 +89,9 @@ def test_a_space_of_a_file_keeps_its_half_ranges_unless_a_bound_is_given(tmp_pat
             "half_range_unit` is 'm'",
         ),
         ("value = -14.0", "value = = 1", "not a TOML file"),
+        ("value = -14.0", "value = 1" + 400 * "0", "a finite number is allowed"),
+        ("value = -14.0", "value = 1" + 5000 * "0", "not a TOML file"),
+        ("value = -14.0", "value = " + 5000 * "[", "not a TOML file"),
     ],
 )
 def test_what_is_not_allowed_is_named(old, new, said, tmp_path):

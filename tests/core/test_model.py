@@ -260,3 +260,21 @@ def test_a_response_prints_as_a_table():
     text = str(simulate(ParameterSpace().baseline))
     assert "-3.72" in text
     assert "118.99" in text
+    assert "238.0" in text  # nothing is cut to fit
+    assert "…" not in text
+
+
+def test_a_forked_child_can_simulate():
+    import multiprocessing
+
+    x = knees(40)
+    simulate_batch(x, threads=2)
+    context = multiprocessing.get_context("fork")
+    queue = context.SimpleQueue()
+    child = context.Process(target=lambda: queue.put(simulate_batch(x, threads=2).flexion.sum()))
+    child.start()
+    child.join(20)
+    alive = child.is_alive()
+    child.kill()
+    assert not alive
+    assert queue.get() == simulate_batch(x).flexion.sum()

@@ -125,21 +125,27 @@ def test_a_knee_file_of_ones_own(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--pop-size", "3"], "`pop_size` is 3; at least 10 is allowed"),
-        (["--generations", "0"], "`n_generations` is 0"),
-        (["--runs", "0"], "`n_runs` is 0"),
-        (["--training-samples", "10"], "`training_samples` is 10; with 28 free parameters"),
-        (["--geometry-bound-mm", "-1"], "`geometry_bound_mm` is -1 mm"),
-        (["--geometry-bound-mm", "nan"], "`geometry_bound_mm` is nan mm"),
+        (["--pop-size", "3"], "`--pop-size` is 3; at least 10 is allowed"),
+        (["--generations", "0"], "`--generations` is 0"),
+        (["--runs", "0"], "`--runs` is 0"),
+        (["--training-samples", "10"], "`--training-samples` is 10; with 28 free parameters"),
+        (["--geometry-bound-mm", "-1"], "`--geometry-bound-mm` is -1 mm"),
+        (["--geometry-bound-mm", "nan"], "`--geometry-bound-mm` is nan mm"),
         (["--material-bound-percent", "150"], "a stiffness of at least 0 is allowed"),
         (["--case", "material", "--material-bound-percent", "0"], "zero width"),
-        (["--seed", "-1"], "`seed` is -1"),
-        (["--threads", "0"], "`threads` is 0"),
+        (["--seed", "-1"], "`--seed` is -1"),
+        (["--threads", "0"], "`--threads` is 0"),
         (["--baseline", "none.toml"], "none.toml: cannot be read"),
         (["--out", "/dev/null/x"], "a writable folder is allowed"),
         (["--case", "bones"], "'bones'"),
         (["--pop-size", "many"], "--pop-size"),
         (["--sed", "3"], "--sed"),
+        (["--ga.elite-fraction", "nan"], "three positive shares with sum 1"),
+        (["--out", "x" * 300], "a writable folder is allowed"),
+        (["--out", ""], "`--out` is empty"),
+        (["--baseline", ""], "the name of a knee file is empty"),
+        (["--slope-bound-deg", "100"], "less than 90 is allowed"),
+        (["--geometry-bound-mm", "100"], "the bounds are too wide"),
         (["--ga.rank-eta-min", "2"], "`rank_eta_min` is 2; 0 to 1 is allowed"),
     ],
 )
@@ -150,6 +156,51 @@ def test_a_users_mistake_gets_one_line_and_exit_code_2(capsys, arguments, said):
     assert said in err
     assert len([line for line in err.splitlines() if not line.endswith("...")]) == 1
     assert "Traceback" not in err
+
+
+def test_a_refused_command_leaves_no_folder(capsys, tmp_path):
+    folder = tmp_path / "new"
+    for wrong in (["--pop-size", "9"], ["--training-samples", "3"], ["--seed", "-1"]):
+        assert in_process(capsys, *wrong, "--out", str(folder))[0] == 2
+        assert not folder.exists()
+
+
+def test_a_pair_that_fails_in_the_true_model_is_no_success(capsys):
+    code, out, _ = in_process(capsys, "--rest-length", "fixed", "--quiet", "--json")
+    assert code == 1
+    document = json.loads(out)
+    assert document["objective_model"] is None
+    assert "--space model" in document["summary"]
+
+
+@pytest.mark.parametrize("module", ["search", "simulate"])
+def test_a_full_stdout_is_one_line(module):
+    arguments = SMALL if module == "search" else []
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", f"kneecore.{module}", *arguments],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert "stdout cannot be written (No space left on device)" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_closed_stderr_does_not_spoil_stdout():
+    command = f"{sys.executable} -m kneecore.search --json {' '.join(SMALL)} 2>&-"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    json.loads(done.stdout)
+
+
+def test_a_terminal_without_unicode_gets_a_table():
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = run("simulate", env=environment)
+    assert done.returncode == 0, done.stderr
+    assert "118.99" in done.stdout
 
 
 def test_help_needs_none_of_the_heavy_libraries():
@@ -206,7 +257,7 @@ def test_ctrl_c_ends_cleanly_and_says_that_nothing_was_saved(tmp_path, space):
     code, out, err, seconds = interrupted(tmp_path, "--space", space)
     assert code == 130
     assert out == ""
-    assert "interrupted after generation" in err
+    assert "interrupted after" in err
     assert "nothing was saved" in err
     assert "Traceback" not in err
     assert seconds < 5.0  # about 0.1 s; a hang is what must not be
@@ -224,7 +275,7 @@ def test_ctrl_c_saves_the_best_pair_so_far(tmp_path):
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "empty")}
-    code, out, err, _ = press_ctrl_c_after("compiling", tmp_path, "--out", "kept", env=environment)
+    code, out, err, _ = press_ctrl_c_after("loading", tmp_path, "--out", "kept", env=environment)
     assert code == 130
     assert out == ""
     assert "interrupted; nothing was saved" in err

@@ -118,38 +118,55 @@ def test_a_result_is_not_overwritten_unasked(result, tmp_path):
     result.save(tmp_path, figures=False, force=True)
 
 
-def test_an_interrupted_save_leaves_no_half_written_file(result, tmp_path, monkeypatch):
-    real = output.write_whole
+def test_an_interrupted_save_leaves_what_was_there(result, tmp_path, monkeypatch):
+    result.save(tmp_path)
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    real = output._stage
 
     def fail_at_the_figures(path, content):
-        if path.suffix == ".png":
+        if path.suffix == ".svg":
             raise KeyboardInterrupt
-        real(path, content)
+        return real(path, content)
 
-    monkeypatch.setattr(output, "write_whole", fail_at_the_figures)
+    monkeypatch.setattr(output, "_stage", fail_at_the_figures)
     with pytest.raises(KeyboardInterrupt):
-        result.save(tmp_path)
-    assert not (tmp_path / "result.json").exists()
-    assert all(p.name in ("curves.csv", "knee.toml") for p in tmp_path.iterdir())
+        result.save(tmp_path, force=True)
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
-def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
-    path = tmp_path / "file.txt"
-    path.write_text("old")
+def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
+    (tmp_path / "file.txt").write_text("old")
 
-    def no_space(source, target):
+    def no_space(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(output.os, "replace", no_space)
+    monkeypatch.setattr(output.Path, "write_bytes", no_space)
     with pytest.raises(OutputError, match="No space left on device"):
-        output.write_whole(path, b"new")
-    assert path.read_text() == "old"
-    assert [p.name for p in tmp_path.iterdir()] == ["file.txt"]
+        output.write_all(tmp_path, [("file.txt", b"new")])
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["old"]
+
+
+def test_an_overwritten_result_leaves_no_stale_files(result, tmp_path):
+    result.save(tmp_path)
+    result.save(tmp_path, force=True, figures=False)
+    names = {p.name for p in tmp_path.iterdir()}
+    assert names <= {"curves.csv", "knee.toml", "result.json"}
+
+
+def test_files_have_the_users_usual_permissions(tmp_path):
+    import os
+
+    before = os.umask(0o027)
+    try:
+        output.write_all(tmp_path, [("file.txt", b"")])
+    finally:
+        os.umask(before)
+    assert (tmp_path / "file.txt").stat().st_mode & 0o777 == 0o640
 
 
 def test_a_folder_that_cannot_be_made(result, tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match=r"`--out` is .*; a writable folder is allowed"):
+    with pytest.raises(OutputError, match=r"`folder` is .*; a writable folder is allowed"):
         result.save(tmp_path / "file" / "folder")
 
 
@@ -162,9 +179,17 @@ def test_a_folder_that_cannot_be_made(result, tmp_path):
         (lambda d: d["flexion_deg"].update(model_1=[1.0]), r"has shape \(1,\); \(12,\)"),
         (lambda d: d["flexion_deg"].update(model_1=["a"] * 12), "something other than numbers"),
         (lambda d: d.update(case="bones"), "`case` is 'bones'"),
-        (lambda d: d.update(parameters=3), "no usable result"),
+        (lambda d: d.update(parameters=3), "must hold two knees"),
         (lambda d: d["status"].update(model_1="failed"), "does not fit"),
         (lambda d: d["search"]["options"].update(mutants=1), "no usable result"),
+        (lambda d: d.update(seed=float("inf")), "no usable result"),
+        (lambda d: d.update(objective_model="x"), "`objective_model` is 'x'; a number or null"),
+        (lambda d: d.update(gap_percent=[]), "`gap_percent` is"),
+        (lambda d: d["counts"].clear(), "is missing"),
+        (lambda d: d["parameters"].append(d["parameters"][0]), "must hold two knees"),
+        (lambda d: d["parameters"].pop(), "must hold two knees"),
+        (lambda d: d["parameters"][0].update(condyle_radius=None), "`condyle_radius` is nan"),
+        (lambda d: d.update(space="moon"), "`space` is 'moon'"),
     ],
 )
 def test_a_damaged_result_is_refused(result, change, said):

@@ -149,8 +149,9 @@ def test_a_cancelled_search_returns_the_best_pair_so_far(search_space):
 
 
 def test_a_search_cancelled_before_it_began_says_so():
-    with pytest.raises(kneecore.Cancelled):
-        worst_case(callback=lambda report: report.stage == "sampling")
+    for stage in ("compile", "sampling", "fit"):
+        with pytest.raises(kneecore.Cancelled):
+            worst_case(callback=lambda report, stage=stage: report.stage == stage)
 
 
 def test_rest_lengths_of_the_baseline():
@@ -220,6 +221,35 @@ def test_another_mechanism(search_space):
     assert "rocker" in str(found)
 
 
+@pytest.mark.parametrize("wrong", ["fewer rows", "other columns", "no columns"])
+def test_a_model_whose_answers_change_shape_is_named(wrong):
+    def model(x):
+        if len(x) == 1 or wrong == "no columns":
+            return x[:, :0] if wrong == "no columns" else x
+        return x[1:] if wrong == "fewer rows" else x[:, :1]
+
+    with pytest.raises(ParameterError, match="`model` returned shape"):
+        worst_case(model=model, lower=np.zeros(3), upper=np.ones(3), search_space="model", **FAST)
+
+
+def test_numpy_scalars_are_as_good_as_numbers():
+    space = ParameterSpace(
+        geometry_bound_mm=np.float32(1.0), half_ranges={"plateau_x": np.float32(0.5e-3)}
+    )
+    options = kneecore.GeneticOptions(blx_alpha=np.float32(0.5))
+    found = worst_case(
+        space, seed=np.int64(3), pop_size=np.int32(20), n_generations=np.int64(5), options=options
+    )
+    assert SearchResult.from_json(found.to_json()).seed == 3
+
+
+def test_too_few_samples_for_a_leave_one_out_error():
+    found = worst_case(training_samples=29, pop_size=20, n_generations=5)
+    assert found.loo_rms_deg is None
+    assert "unknown (too few samples)" in str(found)
+    assert str(SearchResult.from_json(found.to_json())) == str(found)
+
+
 def test_an_input_without_width_is_held():
     found = worst_case(
         model=lambda x: x, lower=[0.0, 2.0], upper=[1.0, 2.0], training_samples=5, **FAST
@@ -245,6 +275,16 @@ def test_an_input_without_width_is_held():
         ({"model": np.sin, "lower": [1.0], "upper": [0.0]}, r"`lower`\[0\] is 1, above"),
         ({"model": np.sin, "lower": [1.0], "upper": [1.0]}, "zero width"),
         ({"model": np.sin, "lower": [0.0], "upper": [np.inf]}, "finite"),
+        ({"model": np.sin, "lower": ["a"], "upper": [1.0]}, "`lower` is .*; an array of numbers"),
+        ({"model": 3, "lower": [0.0], "upper": [1.0]}, "`model` is 3; a function"),
+        (
+            {"model": lambda x: "no", "lower": [0.0], "upper": [1.0]},
+            "something other than an array",
+        ),
+        ({"model": np.sin, "lower": [0.0], "upper": [1.0], "threads": 2}, "are the knee's"),
+        ({"space": "abc"}, "`space` is 'abc'; a ParameterSpace"),
+        ({"options": {"blx_alpha": 1}}, "`options` is .*; GeneticOptions"),
+        ({"threads": "two"}, "`threads` is 'two'"),
         ({"model": np.sin, "lower": [0.0], "upper": [1.0], "names": "ab"}, "`names` has 2"),
         (
             {"model": np.sin, "lower": [0.0], "upper": [1.0], "space": ParameterSpace()},
@@ -271,6 +311,8 @@ def test_a_result_prints_in_a_terminal_and_in_a_notebook(result):
     html = result._repr_html_()
     assert html.startswith("<pre")
     assert "acl_femur_x" in html
+    assert len(repr(result)) < 300
+    assert result.model_1._repr_html_().startswith("<pre")
 
 
 def test_a_result_is_a_search_result(result):

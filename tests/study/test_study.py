@@ -225,13 +225,13 @@ def test_the_command_writes_and_compares(capsys, tmp_path, worst):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--samples", "0"], "`samples` is 0"),
-        (["--base-samples", "-4"], "`base_samples` is -4"),
+        (["--samples", "0"], "`--samples` is 0"),
+        (["--base-samples", "-4"], "`--base-samples` is -4"),
         (["--sampling", "grid"], "'grid'"),
         (["--case", "material", "--material-bound-percent", "0"], "zero width"),
         (["--result", "none.json"], "none.json: cannot be read"),
         (["--out", "/dev/null/x"], "a writable folder is allowed"),
-        (["--threads", "0"], "`threads` is 0"),
+        (["--threads", "0"], "`--threads` is 0"),
     ],
 )
 def test_a_users_mistake_gets_one_line_and_exit_code_2(capsys, arguments, said):

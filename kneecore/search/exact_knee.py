@@ -1,0 +1,169 @@
+"""The exact worst case of the knee: climbs with exact gradients at rest, then in motion.
+
+Examples
+--------
+>>> from kneecore import ParameterSpace
+>>> from kneecore.search.exact_knee import exact_worst_case
+>>> found = exact_worst_case(ParameterSpace(case="material"), solver="equilibrium")
+>>> round(found.objective, 2)  # deg, summed over the 12 loads
+35.57
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore.errors import ModelError, ParameterError
+from kneecore.model.response import MOMENT, RestLength
+from kneecore.search.exact import ExactPair, ExactSettings, climb_pair
+from kneecore.search.knee import KneeModel, Objective, load_weights
+from kneecore.search.knee_slopes import SettledKnee
+from kneecore.search.motion_climb import MotionPair, climb_in_motion
+from kneecore.space import ParameterSpace
+
+__all__ = ["ExactWorstCase", "KneeEvidence", "exact_worst_case"]
+
+FloatArray = NDArray[np.float64]
+ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
+"""The loads from the largest extension to the largest flexion."""
+_MANY_LOST = 0.01  # share of the models at rest without an equilibrium
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class KneeEvidence:
+    """What an exact search says about how good its result is. It is no proof of optimality."""
+
+    objective_at_rest: float
+    """f of the worst pair at rest, deg."""
+    n_climbs: int
+    """Climbs at rest for the two knees of that pair: random starts and thrown-back corners."""
+    share_reached: float
+    """Share of them that ended in that pair's f, to 0.01 %."""
+    second_best: float | None
+    """f of the best other basin in the response that was searched, deg; None if there is none."""
+    objective_before_climb: float | None
+    """f in motion of the best pair that rest had proposed, deg; None if rest was searched."""
+    inside: tuple[tuple[str, ...], tuple[str, ...]]
+    """Names of each knee's parameters that do not lie on a bound."""
+    patterns: tuple[tuple[tuple[int, ...], float], ...]
+    """Signs of the difference by load, and the largest f at rest found for them, deg."""
+    models_at_rest: int
+    """Equilibria computed, each with its gradient."""
+    models_lost: int
+    """Those among them that had no equilibrium and were left out."""
+    models_in_motion: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExactWorstCase:
+    """The two most different knees by an exact search.
+
+    Model 1 is the one with the smaller angle at the largest extension moment that counts.
+    """
+
+    u: FloatArray
+    """The two knees in the unit cube of the free parameters, shape (2, n_free)."""
+    x: FloatArray
+    """The same, shape (2, 28), SI."""
+    flexion_deg: FloatArray
+    """Their angles in the response that was searched, shape (2, 12), deg."""
+    objective: float
+    """f, deg summed over the loads that count."""
+    evidence: KneeEvidence
+    seconds: dict[str, float]
+    """rest, motion"""
+
+
+def _second(found: ExactPair, moved: MotionPair | None) -> float | None:
+    if moved is None:
+        return found.evidence.second_best
+    return moved.others[0] if moved.others else None
+
+
+def exact_worst_case(
+    space: ParameterSpace | None = None,
+    *,
+    objective: Objective = "all",
+    solver: str = "dynamics",
+    rest_length: RestLength = "recomputed",
+    seed: int = 0,
+    threads: int | None = None,
+    settings: ExactSettings | None = None,
+    report: Callable[[float], object] | None = None,
+) -> ExactWorstCase:
+    """Find the two most different knees of a space in the true model.
+
+    Parameters
+    ----------
+    space : ParameterSpace, optional
+        The knees to search; the packaged baseline with its default bounds for None.
+    objective : {"all", "extension", "flexion"}
+        Which of the 12 loads count.
+    solver : {"dynamics", "equilibrium"}
+        Which response: that of the motion over 23 s, or that at rest.
+    rest_length, threads
+        As for `simulate_batch`.
+    seed : int
+        The same seed gives the same bytes, on any number of threads.
+    settings : ExactSettings, optional
+        How much to look for; its seed is not used.
+    report : callable, optional
+        Called now and then with the best f at rest so far; a true result ends the search.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
+    ModelError
+        If no knee could be evaluated.
+    """
+    if solver not in ("dynamics", "equilibrium"):
+        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+    space = space or ParameterSpace()
+    weights = load_weights(objective)
+    settings = replace(settings or ExactSettings(), seed=seed)
+    begun = time.perf_counter()
+    knee = SettledKnee(space, rest_length, threads)
+    found = climb_pair(
+        knee, space.n_free, weights, order=ALONG_LOADS, settings=settings, report=report
+    )
+    rested = time.perf_counter()
+    moved = None
+    if solver == "dynamics":
+        model = KneeModel(space, rest_length, threads)
+        many_lost = knee.n_lost > _MANY_LOST * knee.n_simulated
+        moved = climb_in_motion(model, found, weights, seed=seed, many_lost=many_lost)
+        if not np.isfinite(moved.value):
+            raise ModelError("none of the worst pairs at rest could be simulated in motion")
+    u, y = (found.u, found.y) if moved is None else (moved.u, moved.y)
+    first = next(k for k in ALONG_LOADS if weights[k] > 0.0)
+    if y[0, first] > y[1, first]:
+        u, y = u[::-1].copy(), y[::-1].copy()
+    x = space.from_free_unit(u)
+    sides = space.at_bounds(x)
+    inside = [
+        tuple(n for n, s, free in zip(space.names, row, space.free, strict=True) if free and not s)
+        for row in sides
+    ]
+    return ExactWorstCase(
+        u=u,
+        x=x,
+        flexion_deg=y,
+        objective=found.value if moved is None else moved.value,
+        evidence=KneeEvidence(
+            objective_at_rest=found.value,
+            n_climbs=found.evidence.n_climbs,
+            share_reached=found.evidence.share_reached,
+            second_best=_second(found, moved),
+            objective_before_climb=None if moved is None else moved.first_value,
+            inside=(inside[0], inside[1]),
+            patterns=found.evidence.patterns,
+            models_at_rest=knee.n_simulated,
+            models_lost=knee.n_lost,
+            models_in_motion=0 if moved is None else moved.n_models,
+        ),
+        seconds={"rest": rested - begun, "motion": time.perf_counter() - rested},
+    )
