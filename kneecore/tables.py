@@ -28,8 +28,8 @@ def render(parts: Iterable[RenderableType], *, html: bool = False) -> str:
         [WIDTH, *(console.measure(p).maximum for p in parts if isinstance(p, Table))]
     )
     for part in parts:
-        # Text wraps at words by itself where it must; commands are to be copied whole.
-        console.print(part)
+        # What must not be wrapped, such as a command to be copied, is one long line.
+        console.print(part, soft_wrap=isinstance(part, Text) and bool(part.no_wrap))
     if html:
         return console.export_html(
             inline_styles=True, code_format='<pre style="line-height:1.2">{code}</pre>'

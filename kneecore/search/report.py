@@ -129,10 +129,15 @@ def _footer(result: "SearchResult") -> str:
         "Seconds: " + ", ".join(f"{name} {value:.3f}" for name, value in seconds.items()) + ".",
         f"Baseline: {result.space.title}. {result.space.note or ''}".rstrip(),
     ]
-    if result.stop_reason != "cancelled":
-        file = " (knee.toml is written with the result's files)" if needs_file(result.space) else ""
-        lines.append(f"Again{file}: {result.command()}")
     return "\n".join(lines)
+
+
+def _again(result: "SearchResult") -> list[RenderableType]:
+    """Return the command that gives the result again, on one line, to be copied."""
+    if result.stop_reason == "cancelled":
+        return []
+    file = " (knee.toml is written with the result's files)" if needs_file(result.space) else ""
+    return [Text(f"Again{file}:"), Text(result.command(), no_wrap=True)]
 
 
 def _parts(result: "SearchResult") -> list[RenderableType]:
@@ -143,6 +148,7 @@ def _parts(result: "SearchResult") -> list[RenderableType]:
         _forces(result),
         _parameters(result),
         Text(_footer(result)),
+        *_again(result),
     ]
 
 

@@ -308,6 +308,12 @@ def test_a_result_prints_in_a_terminal_and_in_a_notebook(result):
     assert "acl_femur_x" in text
     assert "reconstruction" in text
     assert max(len(line) for line in text.splitlines()) <= 100
+    long = worst_case(
+        ParameterSpace(geometry_bound_mm=0.75), pop_size=20, n_generations=5, training_samples=60,
+        n_runs=2, objective="flexion", seed=123456789,
+    )  # fmt: skip
+    assert str(long).splitlines()[-1] == long.command()
+    assert len(long.command()) > 100
     html = result._repr_html_()
     assert html.startswith("<pre")
     assert "acl_femur_x" in html
