@@ -1,5 +1,7 @@
 """The server: one view for all visitors, or one for each, and the kernels' warm-up behind it."""
 
+import contextlib
+import io
 import logging
 import threading
 from collections.abc import Callable
@@ -97,7 +99,8 @@ class App:
         self._result, self.shared = result, shared
         # An installed client is always built; looking for a compiler for it may take long.
         viser._client_autobuild.ensure_client_is_built = lambda: None
-        self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
+        with contextlib.redirect_stdout(io.StringIO()):  # viser's banner: we print our own line
+            self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         wire.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
@@ -129,7 +132,8 @@ class App:
         for session in sessions:
             self.warm_up.forget(session)
             session.stop()
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
     def _place_first_camera(self) -> None:
         camera = self.server.initial_camera

@@ -298,16 +298,20 @@ class Session:
         slow = stale or not self.playback.playing or self._frame % _SLOW_FRAMES == 0
         shown = self.shown()
         with self.target.atomic():
+            if slow:  # sixty curves cost a browser without a graphics card more than the knee
+                self.view.curve.update(shown, Markers(poses=poses))
             self.view.scene.draw(current.x, poses[0])
             for i, knee in enumerate(self._knees()[1:]):
                 self.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
-            self.view.show_charts(shown, Markers(poses=poses), all_tabs=slow)
-            if slow:
+        self.target.flush()  # what the eye is on goes first
+        if slow:
+            with self.target.atomic():
+                self.view.show_other_charts(shown, Markers(poses=poses))
                 self.view.show_readout(poses[0])
                 self._mirror_position()
-            if stale:
-                self._show_numbers(shown)
-        self.target.flush()
+                if stale:
+                    self._show_numbers(shown)
+            self.target.flush()
 
     def _mirror_position(self) -> None:
         handle = self.view.transport.position

@@ -104,12 +104,10 @@ class View:
         """Write angle, moment and tensions of the pose on screen."""
         self.transport.readout.content = markup.readout(pose, theme.palette(self.dark))
 
-    def show_charts(self, shown: Shown, markers: Markers, *, all_tabs: bool) -> None:
-        """Feed the charts; the tabs behind the first may be fed less often."""
-        self.curve.update(shown, markers)
-        if all_tabs:
-            self.forces.update(shown, markers)
-            self.ap.show(shown, markers)
+    def show_other_charts(self, shown: Shown, markers: Markers) -> None:
+        """Feed the charts behind the first tab, which may be fed less often."""
+        self.forces.update(shown, markers)
+        self.ap.show(shown, markers)
 
     def show_comparison(
         self, space: Any, knees: tuple[FloatArray | None, ...], precision: int = 2

@@ -1,0 +1,152 @@
+"""``python -m kneeviz`` as a user starts it."""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from kneecore import ParameterError
+from kneecore._assets import asset_path
+from kneeviz import __main__ as command
+
+REPOSITORY = Path(command.__file__).resolve().parents[1]
+
+
+def run(*arguments, timeout=30):
+    return subprocess.run(
+        [sys.executable, "-m", "kneeviz", *arguments],
+        cwd=REPOSITORY, capture_output=True, text=True, timeout=timeout, check=False,
+    )  # fmt: skip
+
+
+@contextlib.contextmanager
+def started(*arguments):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "kneeviz", "--no-browser", *arguments],
+        cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    said = ""
+    try:
+        for line in process.stdout:
+            said += line
+            if found := re.search(r"kneeviz: http://127\.0\.0\.1:(\d+)", line):
+                yield process, int(found[1])
+                return
+        pytest.fail(f"no address was printed: {said}")
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+def is_free(port):
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+        return True
+
+
+def page(port):
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=10) as answer:
+        return answer.status
+
+
+@pytest.fixture
+def taken():
+    with socket.socket() as holder:
+        holder.bind(("127.0.0.1", 0))
+        holder.listen()
+        yield holder.getsockname()[1]
+
+
+def test_help_is_quick_and_names_every_option():
+    start = time.monotonic()
+    done = run("--help")
+    assert time.monotonic() - start < 3.0
+    assert done.returncode == 0
+    for option in (
+        "--host", "--port", "--baseline", "--result", "--shared", "--per-visitor", "--no-browser",
+    ):  # fmt: skip
+        assert option in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--prot", "1"], "--prot"),
+        (["--port", "x"], "port"),
+        (["--port", "70000"], "70000"),
+        (["--host", "no.such.host.invalid"], "no.such.host.invalid"),
+        (["--baseline", "nowhere.toml"], "nowhere.toml"),
+        (["--result", "nowhere.json"], "nowhere.json"),
+        (["--shared", "--per-visitor"], "only one"),
+    ],
+)
+def test_a_wrong_option_gives_one_line_and_exit_code_2(arguments, words):
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert words in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_port_that_was_asked_for_and_is_taken(taken):
+    done = run("--port", str(taken))
+    assert done.returncode == 2
+    assert done.stderr.strip().splitlines() == [
+        f"python -m kneeviz: `port` {taken} is in use; another one is needed"
+    ]
+
+
+def test_it_prints_its_address_serves_and_frees_the_port_at_ctrl_c():
+    with started("--port", "0") as (process, port):
+        assert page(port) == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(15) == 0
+        assert is_free(port)
+
+
+def test_without_a_port_the_next_free_one_is_taken(monkeypatch, taken):
+    monkeypatch.setattr(command, "DEFAULT_PORT", taken)
+    chosen = command.choose_port("127.0.0.1", None)
+    assert taken < chosen < taken + 100
+    assert is_free(chosen)
+
+
+def test_choose_port_refuses_what_is_taken(taken):
+    with pytest.raises(ParameterError, match="in use"):
+        command.choose_port("127.0.0.1", taken)
+    assert command.choose_port("127.0.0.1", 0) == 0
+
+
+def test_the_files_of_the_options_are_opened(tmp_path):
+    import kneecore
+
+    knee = tmp_path / "mine.toml"
+    text = asset_path("baseline.toml").read_text()
+    knee.write_text(text.replace("value = 32.1", "value = 31.0"))
+    result = kneecore.worst_case(pop_size=20, n_generations=3, seed=9)
+    result.save(tmp_path / "found", figures=False)
+    options = command.Options(
+        port=0, baseline=str(knee), result=str(tmp_path / "found"), no_browser=True
+    )
+    app = command.start(options)
+    try:
+        radius = kneecore.NAMES.index("condyle_radius")
+        assert app.session.state.x[radius] == pytest.approx(31.0e-3)
+        assert app.session.state.result.seed == 9
+        assert not app.session.view.files.result["result.json"].disabled
+    finally:
+        app.stop()
