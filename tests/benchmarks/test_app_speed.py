@@ -1,0 +1,220 @@
+"""How quickly the app answers: over the wire and in a real browser.
+
+Run with ``python -m pytest tests/benchmarks/test_app_speed.py -s``; each test prints its figures.
+The aims are for a quiet machine with two cores; the limits asserted here are wider, so that a busy
+machine does not fail what is sound.
+"""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from e2e.conftest import ARGUMENTS, READY
+from e2e.conftest import chromium as chromium  # the same browser as the browser tests
+from viz.wire_client import WireClient
+
+import kneecore
+from kneecore import NAMES, ParameterSpace
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+ACL_Y = NAMES.index("acl_femur_y")
+LABEL = "ACL femur y"
+
+
+@contextlib.contextmanager
+def server():
+    """Start the app as a user does; yield (process id, port)."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "kneeviz", "--no-browser", "--port", "0"],
+        cwd=REPOSITORY, stdout=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    try:
+        line = next(line for line in process.stdout if "kneeviz: http" in line)
+        yield process.pid, int(re.search(r":(\d+) ", line)[1])
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
+        process.stdout.close()
+
+
+def slider(client, label=LABEL):
+    return client.wait(
+        lambda c: next((u for u, p in c.props.items() if p.get("label") == label), None)
+    )
+
+
+def chart(client):
+    """The moment-angle chart: the one whose first scale stands upright."""
+    return client.wait(
+        lambda c: next(
+            (u for u, p in c.props.items() if (p.get("scales") or {}).get("x", {}).get("ori") == 1),
+            None,
+        )
+    )
+
+
+def is_ready(client):
+    """Wait for the fitted surrogate: the chart then has its training curves."""
+    uuid = chart(client)
+    client.wait(lambda c: len(c.props[uuid]["data"]) > 40, 60)
+
+
+def angles(data):
+    """The 12 angles of the visitor's knee in the chart's data, deg."""
+    curve = data[1 + 2 + (len(data) - 11) + 1]
+    drawn = np.isfinite(curve)
+    return np.interp(kneecore.MOMENT, data[0][drawn], curve[drawn])
+
+
+def expected(value_mm):
+    x = np.array(ParameterSpace().baseline)
+    x[ACL_Y] = 1e-3 * value_mm
+    return np.degrees(kneecore.simulate(x).flexion)
+
+
+def cpu_seconds(pid):
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def tell(name, seconds, **more):
+    ms = 1e3 * np.asarray(seconds)
+    figures = f"median {np.median(ms):.1f} ms, p95 {np.percentile(ms, 95):.1f} ms, n {len(ms)}"
+    print(f"\n{name}: {figures} {more or ''}")
+
+
+@pytest.mark.parametrize("playing", [True, False], ids=["playing", "paused"])
+def test_slider_event_to_plot_message(playing):
+    """Aim: p95 of at most 10 ms."""
+    took = []
+    with server() as (_, port), WireClient(port) as client:
+        is_ready(client)
+        uuid, plot = slider(client), chart(client)
+        if not playing:
+            motion = next(
+                u for u, p in client.props.items() if p.get("options") == ["Play", "Pause"]
+            )
+            client.set(motion, "Pause")
+        time.sleep(1.0)
+        values = np.random.default_rng(0).permutation(np.linspace(-1.2, 0.6, 150)).round(2)
+        for value in values:
+            wanted = expected(value)
+            start = time.perf_counter()
+            client.set(uuid, float(value))
+            client.wait(lambda c, w=wanted: np.abs(angles(c.props[plot]["data"]) - w).max() < 1e-6)
+            took.append(time.perf_counter() - start)
+            time.sleep(0.02 + 0.02 * np.random.default_rng(int(1e3 * (value + 2))).random())
+    tell("slider event to plot message, " + ("playing" if playing else "paused"), took)
+    assert np.percentile(took, 95) < 0.05
+
+
+def test_eight_clients_at_thirty_hertz():
+    """Aim: under half a core for the server."""
+    with server() as (pid, port), contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(WireClient(port)) for _ in range(8)]
+        is_ready(clients[0])
+        time.sleep(3.0)
+        frames = [c.counts.get("SetOrientationMessage", 0) for c in clients]
+        cpu, start = cpu_seconds(pid), time.perf_counter()
+        time.sleep(8.0)
+        passed = time.perf_counter() - start
+        share = (cpu_seconds(pid) - cpu) / passed
+        rates = [
+            (c.counts["SetOrientationMessage"] - n) / passed
+            for c, n in zip(clients, frames, strict=True)
+        ]
+    print(f"\n8 clients: {100 * share:.0f} % of a core, {min(rates):.1f} to {max(rates):.1f} Hz")
+    assert min(rates) > 20
+    assert share < 1.0
+
+
+def test_a_drag_of_ten_seconds_ends_in_agreement():
+    with server() as (_, port), WireClient(port) as client, WireClient(port) as other:
+        is_ready(client)
+        uuid, plot = slider(client), chart(client)
+        start = time.monotonic()
+        while (now := time.monotonic() - start) < 10.0:
+            client.set(uuid, round(float(-0.3 + 0.9 * np.sin(3.0 * now)), 2))
+            time.sleep(0.02)
+        client.set(uuid, 0.44)
+        last, wanted = time.perf_counter(), expected(0.44)
+        for visitor in (client, other):
+            visitor.wait(lambda c: np.abs(angles(c.props[plot]["data"]) - wanted).max() < 1e-6, 5)
+        settled = time.perf_counter() - last
+        other.wait(lambda c: c.values[uuid] == pytest.approx(0.44))
+        line = other.scene["/knee/ligament_ACL"]["points"].reshape(2, 3)
+        assert line[0, 1] == pytest.approx(0.44e-3, abs=1e-7)
+    print(f"\nten seconds of dragging: in agreement {1e3 * settled:.0f} ms after the last event")
+
+
+RECORD = """uuid => {
+  const { chart } = window.__viserTestpoints.uplots[uuid];
+  window.__moved = []; window.__drawn = [];
+  let last = null;
+  addEventListener('mousemove', (e) => window.__moved.push([e.clientX, performance.now()]), true);
+  chart.hooks.draw = [...(chart.hooks.draw ?? []), (u) => {
+    const n = u.data.length, own = u.data[3 + (n - 11) + 1];
+    const top = own[u.data[0].length - 2];   // the angle at +5 N m, whatever else is marked
+    if (top !== last) { last = top; window.__drawn.push(performance.now()); }
+  }];
+}"""
+
+
+@pytest.fixture
+def small_page(chromium):
+    context = chromium.new_context(viewport={"width": 1000, "height": 640})
+    yield context.new_page()
+    context.close()
+
+
+def test_page_is_usable(small_page):
+    """Aim: 4 s from the address to a page that answers."""
+    took = []
+    with server() as (_, port):
+        for _ in range(3):
+            start = time.perf_counter()
+            small_page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
+            small_page.wait_for_function(READY, timeout=60_000)
+            small_page.get_by_text(LABEL, exact=True).wait_for()
+            took.append(time.perf_counter() - start)
+    tell("page usable", took)
+    assert np.median(took) < 15
+
+
+def test_mouse_move_to_drawn_curve(small_page):
+    """Aim: a median of at most 60 ms while the knee moves."""
+    with server() as (_, port), WireClient(port) as client:
+        is_ready(client)
+        uuid, plot = slider(client), chart(client)
+        small_page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
+        small_page.wait_for_function(READY, timeout=60_000)
+        small_page.wait_for_timeout(1500)
+        small_page.evaluate(RECORD, plot)
+        track = small_page.locator(f'[id="{uuid}"] .mantine-Slider-track').bounding_box()
+        y, mouse = track["y"] + track["height"] / 2, small_page.mouse
+        mouse.move(track["x"] + 0.5 * track["width"], y)
+        mouse.down()
+        for i in range(60):  # one step at a time, so that each drawing belongs to one move
+            mouse.move(track["x"] + (0.15 + 0.7 * (i % 12) / 12) * track["width"], y)
+            small_page.wait_for_timeout(230)
+        mouse.up()
+        moved, drawn = small_page.evaluate("() => [window.__moved, window.__drawn]")
+    latencies = []
+    for (_, at), (_, following) in zip(moved[1:], [*moved[2:], (0, np.inf)], strict=True):
+        answer = [t for t in drawn if at <= t < following]
+        if answer:
+            latencies.append(1e-3 * (answer[0] - at))
+    tell("mouse move to drawn curve, playing", latencies, moves=len(moved))
+    assert len(latencies) > 30
+    assert np.median(latencies) < 0.5
+
+
+assert ARGUMENTS  # what the browser is started with: software rendering
