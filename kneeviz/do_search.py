@@ -68,7 +68,7 @@ def _search_done(session: "Session", value: tuple[SearchJob, Any, str | None]) -
     session.view.search.set_running(False)
     if result is not None:
         take_result(session, result)
-        session.say("The search is done: model 1 in blue, model 2 in orange.")
+        session.say("Done: model 1 is blue, model 2 orange.")
     elif why is not None:
         session.say(f"The search failed: {markup.escape(why)} What you had stands.", "bad")
     else:

@@ -32,6 +32,12 @@ def eventually(condition: Callable[[], object], timeout: float = 20.0) -> None:
         time.sleep(0.02)
 
 
+def find_browser() -> str | None:
+    """Return the path of a Chromium on the PATH; None stands for Playwright's own."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    return next((path for name in names if (path := shutil.which(name))), None)
+
+
 def _absent(reason: str) -> None:
     if os.environ.get("KNEEVIZ_REQUIRE_BROWSER") == "1":
         pytest.fail(f"KNEEVIZ_REQUIRE_BROWSER is set, but {reason}", pytrace=False)
@@ -44,11 +50,11 @@ def chromium() -> Iterator[Any]:
         from playwright.sync_api import Error, sync_playwright
     except ImportError:
         _absent("the package playwright is not installed")
-    names = ("chromium", "chromium-browser", "google-chrome")
-    found = next((path for name in names if (path := shutil.which(name))), None)
     with sync_playwright() as playwright:
         try:
-            running = playwright.chromium.launch(executable_path=found, args=list(ARGUMENTS))
+            running = playwright.chromium.launch(
+                executable_path=find_browser(), args=list(ARGUMENTS)
+            )
         except Error as error:
             _absent(f"no browser can be started ({str(error).splitlines()[0]})")
         yield running
@@ -58,13 +64,13 @@ def chromium() -> Iterator[Any]:
 class Visitor:
     """A page on the app, with helpers that find widgets as a person would."""
 
-    def __init__(self, browser: Any, url: str, **options: Any) -> None:
+    def __init__(self, browser: Any, url: str, query: str = "/?fixedDpr=0.5") -> None:
         self.errors: list[str] = []
-        self.context = browser.new_context(viewport=VIEWPORT, accept_downloads=True, **options)
+        self.context = browser.new_context(viewport=VIEWPORT, accept_downloads=True)
         self.page = self.context.new_page()
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
-        self.url = f"{url}/?fixedDpr=0.5"
+        self.url = url + query
         self.open()
 
     def open(self) -> None:
