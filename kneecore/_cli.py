@@ -156,6 +156,9 @@ def run_cancellable(
             os._exit(INTERRUPTED)  # a compilation cannot be stopped in any other way
     if isinstance(outcome.get("error"), MemoryError):
         raise ModelError(f"out of memory: {outcome['error'] or 'a smaller task is needed'}")
-    if "error" in outcome:
-        raise outcome["error"]
+    error = outcome.get("error")
+    if isinstance(error, OSError) and not isinstance(error, KneecoreError):
+        raise OutputError(str(error))  # such as a full disk under the kernels' cache
+    if error is not None:
+        raise error
     return outcome["value"], stop.is_set()
