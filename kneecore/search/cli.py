@@ -32,13 +32,20 @@ class Options(SpaceOptions):
     """Find the two most different knees within the uncertainty of the parameters.
 
     A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
-    the model itself); the best pair is always computed again in the true model. The packaged
+    the model itself), or climbs with exact gradients do; the best pair is always computed again in
+    the true model. The packaged
     baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose parameter table is
     not available.
     """
 
-    space: Literal["surrogate", "model"] = "surrogate"
-    """Where to search: in the surrogate, or in the true model (slower, exact values)."""
+    method: Literal["ga", "exact"] = "ga"
+    """The paper's genetic algorithm, or climbs with exact gradients (no pop-size, generations, runs
+    or ga options)."""
+    space: Literal["surrogate", "model"] | None = None
+    """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
+    exact values). Unset: the surrogate with ga, the model with exact."""
+    solver: Literal["dynamics", "equilibrium"] = "dynamics"
+    """The response of the true model: its motion over 23 s, or the knee at rest under each load."""
     training_samples: int = 50
     """Model runs that the surrogate is fitted to; at least one more than free parameters."""
     pop_size: int = 200
@@ -66,6 +73,7 @@ def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> 
 
     return worst_case(
         space,
+        method=options.method,
         search_space=options.space,
         training_samples=options.training_samples,
         pop_size=options.pop_size,
@@ -74,6 +82,7 @@ def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> 
         objective=options.objective,
         seed=options.seed,
         rest_length=options.rest_length,
+        solver=options.solver,
         threads=options.threads,
         options=options.ga,
         callback=callback,
@@ -100,7 +109,8 @@ def _check(options: Options, space: "ParameterSpace") -> None:
     from kneecore.search.pair_search import PairSettings
 
     settings = PairSettings(
-        search_space=options.space,
+        method=options.method,
+        search_space=options.space or ("surrogate" if options.method == "ga" else "model"),
         training_samples=options.training_samples,
         pop_size=options.pop_size,
         n_generations=options.generations,
@@ -131,7 +141,7 @@ def _tell_interrupted(options: Options, result: "SearchResult", n_files: int) ->
     if n_files:
         kept = f"the best pair until then is in {options.out} (result.json, curves.csv)"
     when = f"after {result.counts['pairs_evaluated']:,} pairs"
-    if result.stop_reason == "max_generations":
+    if result.stop_reason != "cancelled":
         when = "after the search"
     print(f"{COMMAND}: interrupted {when}; {kept}", file=sys.stderr)
     return _cli.INTERRUPTED

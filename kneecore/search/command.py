@@ -33,7 +33,9 @@ def command_line(result: "SearchResult") -> str:
             ("--material-bound-percent", space.material_bound_percent, 10.0),
         ]
     words += [
-        ("--space", result.search_space, "surrogate"),
+        ("--method", result.method, "ga"),
+        ("--solver", result.solver, "dynamics"),
+        ("--space", result.search_space, "surrogate" if result.method == "ga" else "model"),
         ("--training-samples", result.training_samples, 50),
         ("--pop-size", result.pop_size, 200),
         ("--generations", result.n_generations, 800),

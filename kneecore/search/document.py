@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from kneecore._json import DIGITS, plain
 from kneecore.errors import FileFormatError, KneecoreError
-from kneecore.model.response import MOMENT, Response, RestLength, status_text
+from kneecore.model.response import MOMENT, Response, RestLength, Solver, status_text
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.parameters import LIGAMENTS, NAMES, check_physical
+from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import SearchSpace
+from kneecore.search.pair_search import Method, SearchSpace
 from kneecore.search.result import COUNTS, SearchResult
 from kneecore.space import ParameterSpace
 
@@ -56,6 +57,8 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "extension_difference_percent": _optional(result.extension_difference_percent),
         "seed": result.seed,
         "case": result.case,
+        "method": result.method,
+        "solver": result.solver,
         "space": result.search_space,
         "objective": result.objective,
         "rest_length": result.rest_length,
@@ -73,12 +76,14 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     document["settled"] = {n: r.settled.tolist() for n, r in models.items()}
     document["status"] = {n: r.status for n, r in models.items()}
     document["refinements"] = {n: r.refinements for n, r in models.items()}
+    document["lost_at_nm"] = {n: plain(r.lost_at) for n, r in models.items()}
     document["ligament_rest_length_mm"] = {n: plain(r.rest_length, 1e3) for n, r in models.items()}
     document["load_free_position_mm"] = {
         n: plain(r.load_free_position, 1e3) for n, r in models.items()
     }
     document["predicted_flexion_deg"] = _predicted(result)
     document["training"] = _training(result)
+    document["evidence"] = _evidence(result.evidence)
     document["search"] = {
         "pop_size": result.pop_size,
         "generations": result.n_generations,
@@ -129,6 +134,40 @@ def _training(result: SearchResult) -> dict[str, Any] | None:
         "parameters": result.training_x.tolist(),
         "flexion_deg": plain(result.training_flexion, 180.0 / math.pi),
     }
+
+
+def _evidence(evidence: Evidence | None) -> dict[str, Any] | None:
+    if evidence is None:
+        return None
+    return {
+        "climbs": evidence.n_climbs,
+        "share_reached": plain(evidence.share_reached),
+        "second_best": _optional(evidence.second_best),
+        "objective_at_rest": _optional(evidence.objective_at_rest),
+        "objective_before_climb": _optional(evidence.objective_before_climb),
+        "patterns": [{"signs": list(s), "objective": plain(f)} for s, f in evidence.patterns],
+        "models_with_gradient": evidence.n_evaluations,
+        "models_lost": evidence.n_lost,
+        "models_in_motion": evidence.n_in_motion,
+    }
+
+
+def _read_evidence(table: dict[str, Any] | None) -> Evidence | None:
+    if table is None:
+        return None
+    return Evidence(
+        n_climbs=int(table["climbs"]),
+        share_reached=float(table["share_reached"]),
+        second_best=_number_or_none(table, "second_best"),
+        objective_at_rest=_number_or_none(table, "objective_at_rest"),
+        objective_before_climb=_number_or_none(table, "objective_before_climb"),
+        patterns=tuple(
+            (tuple(int(s) for s in p["signs"]), float(p["objective"])) for p in table["patterns"]
+        ),
+        n_evaluations=int(table["models_with_gradient"]),
+        n_lost=int(table["models_lost"]),
+        n_in_motion=int(table["models_in_motion"]),
+    )
 
 
 def to_text(result: SearchResult) -> str:
@@ -185,9 +224,15 @@ def _response(document: dict[str, Any], name: str) -> Response:
         refinements=refinements,
         rest_length=_array(document["ligament_rest_length_mm"][name], (4,), "rest") / 1e3,
         load_free_position=_array(document["load_free_position_mm"][name], (2,), "position") / 1e3,
-        lost_at=math.nan,
+        lost_at=_lost_at(document, name),
         **fields,
     )
+
+
+def _lost_at(document: dict[str, Any], name: str) -> float:
+    # Results that were written before there were equilibria have none.
+    lost_at = _number_or_none(document["lost_at_nm"], name) if "lost_at_nm" in document else None
+    return math.nan if lost_at is None else lost_at
 
 
 def _vector(table: dict[str, Any], where: str) -> FloatArray:
@@ -236,6 +281,11 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
     n = -1 if training is None else len(training["parameters"])
     return cls(
         space=_space(document),
+        method=_choice(document, "method", get_args(Method)) if "method" in document else "ga",
+        solver=_choice(document, "solver", get_args(Solver))
+        if "solver" in document
+        else "dynamics",
+        evidence=_read_evidence(document.get("evidence")),
         search_space=_choice(document, "space", get_args(SearchSpace)),
         objective=_choice(document, "objective", get_args(Objective)),
         rest_length=_choice(document, "rest_length", get_args(RestLength)),

@@ -95,12 +95,19 @@ class Evidence:
     """Share of them that ended in the best pair's value, to 0.01 % of f."""
     second_best: float | None
     """f of the best other basin: another corner with the same signs, or another pattern."""
-    second_pattern: bool
-    """Whether that basin is one of other signs."""
     patterns: tuple[tuple[tuple[int, ...], float], ...]
-    """Patterns of signs, in the order of the outputs, and the best value for each."""
+    """Patterns of signs, in the order of the outputs, and the best value for each: at rest, if the
+    search went on in motion."""
     n_evaluations: int
-    """Models evaluated, gradients included."""
+    """Models evaluated, each with its gradient."""
+    n_lost: int = 0
+    """Those among them that had no equilibrium and were left out."""
+    objective_at_rest: float | None = None
+    """f of the worst pair at rest, where it was climbed on from there in motion."""
+    objective_before_climb: float | None = None
+    """f in motion of the best pair that rest had proposed."""
+    n_in_motion: int = 0
+    """Models simulated in motion."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -245,9 +252,10 @@ class _Search:
             n_climbs=n_climbs,
             share_reached=reached / n_climbs,
             second_best=float(second) if np.isfinite(second) else None,
-            second_pattern=bool(other > same),
             patterns=tuple(
-                (tuple(int(v) for v in s), float(p.value + q.value)) for s, p, q in ranked
+                (tuple(int(v) for v in s), float(p.value + q.value))
+                for s, p, q in ranked
+                if np.isfinite(p.value + q.value)
             ),
             n_evaluations=self.n_evaluations,
         )

@@ -18,43 +18,18 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ModelError, ParameterError
 from kneecore.model.response import MOMENT, RestLength
-from kneecore.search.exact import ExactPair, ExactSettings, climb_pair
+from kneecore.search.exact import Evidence, ExactPair, ExactSettings, climb_pair
 from kneecore.search.knee import KneeModel, Objective, load_weights
 from kneecore.search.knee_slopes import SettledKnee
 from kneecore.search.motion_climb import MotionPair, climb_in_motion
 from kneecore.space import ParameterSpace
 
-__all__ = ["ExactWorstCase", "KneeEvidence", "exact_worst_case"]
+__all__ = ["ExactWorstCase", "exact_worst_case"]
 
 FloatArray = NDArray[np.float64]
 ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
 """The loads from the largest extension to the largest flexion."""
 _MANY_LOST = 0.01  # share of the models at rest without an equilibrium
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class KneeEvidence:
-    """What an exact search says about how good its result is. It is no proof of optimality."""
-
-    objective_at_rest: float
-    """f of the worst pair at rest, deg."""
-    n_climbs: int
-    """Climbs at rest for the two knees of that pair: random starts and thrown-back corners."""
-    share_reached: float
-    """Share of them that ended in that pair's f, to 0.01 %."""
-    second_best: float | None
-    """f of the best other basin in the response that was searched, deg; None if there is none."""
-    objective_before_climb: float | None
-    """f in motion of the best pair that rest had proposed, deg; None if rest was searched."""
-    inside: tuple[tuple[str, ...], tuple[str, ...]]
-    """Names of each knee's parameters that do not lie on a bound."""
-    patterns: tuple[tuple[tuple[int, ...], float], ...]
-    """Signs of the difference by load, and the largest f at rest found for them, deg."""
-    models_at_rest: int
-    """Equilibria computed, each with its gradient."""
-    models_lost: int
-    """Those among them that had no equilibrium and were left out."""
-    models_in_motion: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,15 +47,26 @@ class ExactWorstCase:
     """Their angles in the response that was searched, shape (2, 12), deg."""
     objective: float
     """f, deg summed over the loads that count."""
-    evidence: KneeEvidence
+    evidence: Evidence
     seconds: dict[str, float]
     """rest, motion"""
 
 
-def _second(found: ExactPair, moved: MotionPair | None) -> float | None:
+def _evidence(knee: SettledKnee, found: ExactPair, moved: MotionPair | None) -> Evidence:
+    evidence = replace(
+        found.evidence,
+        n_evaluations=knee.n_simulated,
+        n_lost=knee.n_lost,
+        objective_at_rest=found.value,
+    )
     if moved is None:
-        return found.evidence.second_best
-    return moved.others[0] if moved.others else None
+        return evidence
+    return replace(
+        evidence,
+        second_best=moved.others[0] if moved.others else None,
+        objective_before_climb=moved.first_value,
+        n_in_motion=moved.n_models,
+    )
 
 
 def exact_worst_case(
@@ -142,28 +128,11 @@ def exact_worst_case(
     first = next(k for k in ALONG_LOADS if weights[k] > 0.0)
     if y[0, first] > y[1, first]:
         u, y = u[::-1].copy(), y[::-1].copy()
-    x = space.from_free_unit(u)
-    sides = space.at_bounds(x)
-    inside = [
-        tuple(n for n, s, free in zip(space.names, row, space.free, strict=True) if free and not s)
-        for row in sides
-    ]
     return ExactWorstCase(
         u=u,
-        x=x,
+        x=space.from_free_unit(u),
         flexion_deg=y,
         objective=found.value if moved is None else moved.value,
-        evidence=KneeEvidence(
-            objective_at_rest=found.value,
-            n_climbs=found.evidence.n_climbs,
-            share_reached=found.evidence.share_reached,
-            second_best=_second(found, moved),
-            objective_before_climb=None if moved is None else moved.first_value,
-            inside=(inside[0], inside[1]),
-            patterns=found.evidence.patterns,
-            models_at_rest=knee.n_simulated,
-            models_lost=knee.n_lost,
-            models_in_motion=0 if moved is None else moved.n_models,
-        ),
+        evidence=_evidence(knee, found, moved),
         seconds={"rest": rested - begun, "motion": time.perf_counter() - rested},
     )

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ParameterError
 from kneecore.model.dynamics import flexion_of, respond
-from kneecore.model.response import MOMENT, RestLength, prepare
+from kneecore.model.equilibrium import equilibria
+from kneecore.model.response import MOMENT, RestLength, Solver, prepare
 from kneecore.parameters import check_physical
 from kneecore.search.pair_search import PairSettings, Training, train
 from kneecore.search.progress import Callback
@@ -41,13 +42,15 @@ def load_weights(objective: str) -> FloatArray:
 class KneeModel:
     """The true model of a space: unit cube of the free parameters -> 12 angles in deg.
 
-    It counts what it simulates: `n_simulated`, `n_failed`, `n_refined` (a smaller time step was
-    needed), `n_unsettled` (not at rest at some load).
+    It counts what it simulates: `n_simulated`, `n_failed` (with the solver "equilibrium", models
+    that have lost theirs), `n_refined` (a smaller time step was needed), `n_unsettled` (not at rest
+    at some load).
     """
 
     space: ParameterSpace
     rest_length: RestLength = "recomputed"
     threads: int | None = None
+    solver: Solver = "dynamics"
     n_simulated: int = field(default=0, init=False)
     n_failed: int = field(default=0, init=False)
     n_refined: int = field(default=0, init=False)
@@ -57,9 +60,13 @@ class KneeModel:
         """Return flexion angles (deg), shape (n, n_free) -> (n, 12); NaN for failed models."""
         x = self.space.from_free_unit(u)
         rows = prepare(x, self.space.baseline, self.rest_length)
+        self.n_simulated += len(u)
+        if self.solver == "equilibrium":
+            poses, lost_at = equilibria(rows, self.threads)
+            self.n_failed += int(np.count_nonzero(~np.isnan(lost_at)))
+            return np.degrees(flexion_of(poses))
         poses, settled, refinements = respond(rows, self.threads)
         failed = refinements < 0
-        self.n_simulated += len(u)
         self.n_failed += int(np.count_nonzero(failed))
         self.n_refined += int(np.count_nonzero(refinements > 0))
         self.n_unsettled += int(np.count_nonzero(~settled.all(axis=1) & ~failed))

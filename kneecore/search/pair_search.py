@@ -19,21 +19,34 @@ from kneecore.numerics.pair import ModelPair, SurrogatePair
 from kneecore.numerics.sampling import check_count, check_seed, uniform
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.search.cancelled import Cancelled
+from kneecore.search.exact import Evidence
 from kneecore.search.progress import Callback, Progress
 
-__all__ = ["PairOutcome", "PairSettings", "SearchSpace", "Training", "find_pair", "train"]
+__all__ = [
+    "Method",
+    "PairOutcome",
+    "PairSettings",
+    "SearchSpace",
+    "Training",
+    "checked_weights",
+    "find_pair",
+    "train",
+]
 
 FloatArray = NDArray[np.float64]
 UnitModel = Callable[[FloatArray], FloatArray]
 SearchSpace = Literal["surrogate", "model"]
+Method = Literal["ga", "exact"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PairSettings:
     """How to search. Defaults are the paper's main run."""
 
+    method: Method = "ga"
+    """The paper's genetic algorithm, or climbs with exact gradients."""
     search_space: SearchSpace = "surrogate"
-    """What the genetic algorithm evaluates."""
+    """What the search evaluates."""
     training_samples: int = 50
     """Model runs that the surrogate is fitted to."""
     pop_size: int = 200
@@ -54,6 +67,26 @@ class PairSettings:
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
         self.options.split(self.pop_size)
+
+        self._check_method()
+
+    def _check_method(self) -> None:
+        """Raise if the method is unknown, or has options that are another's."""
+        if self.method not in get_args(Method):
+            raise ParameterError(f"`method` is {self.method!r}; 'ga' or 'exact' is allowed")
+        if self.method == "ga":
+            return
+        for name, usual in (
+            ("pop_size", 200),
+            ("n_generations", 800),
+            ("n_runs", 1),
+            ("options", GeneticOptions()),
+        ):
+            if getattr(self, name) != usual:
+                raise ParameterError(
+                    f"`{name}` is {getattr(self, name)!r}; it is the genetic algorithm's, and the "
+                    "method 'exact' has none of it"
+                )
 
     def check_training(self, n_dimensions: int) -> None:
         """Raise if the surrogate's linear tail needs more samples than there are."""
@@ -118,6 +151,8 @@ class PairOutcome:
     """Pairs evaluated by the genetic algorithm, all runs."""
     stop_reason: str
     seconds: dict[str, float]
+    evidence: Evidence | None = None
+    """What an exact search says about how good the pair is."""
 
     @property
     def gap_percent(self) -> float | None:
@@ -186,7 +221,8 @@ def _outputs(model: UnitModel, points: FloatArray, n_values: int | None = None) 
     return values
 
 
-def _checked_weights(weights: FloatArray | None, n_values: int) -> FloatArray:
+def checked_weights(weights: FloatArray | None, n_values: int) -> FloatArray:
+    """Return the outputs' weights checked; ones for None."""
     if weights is None:
         return np.ones(n_values)
     if weights.shape != (n_values,) or not np.isfinite(weights).all():
@@ -267,11 +303,11 @@ def find_pair(
     objective: ModelPair | SurrogatePair
     if settings.search_space == "surrogate":
         training = train(model, n_dimensions, settings, callback)
-        wanted = _checked_weights(weights, training.surrogate.n_values)
+        wanted = checked_weights(weights, training.surrogate.n_values)
         objective = SurrogatePair(training.surrogate, wanted)
     else:
         n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
-        wanted = _checked_weights(weights, n_values)
+        wanted = checked_weights(weights, n_values)
         objective = ModelPair(lambda u: _outputs(model, u, n_values), wanted)
     start = time.perf_counter()
     results = _run_all(objective, n_dimensions, settings, callback)

@@ -13,6 +13,7 @@ from kneecore.search.command import needs_file
 from kneecore.tables import degrees, render, table
 
 if TYPE_CHECKING:
+    from kneecore.search.exact import Evidence
     from kneecore.search.result import PairResult, SearchResult
 
 
@@ -52,9 +53,26 @@ def _headline(result: "SearchResult") -> str:
     if len(result.run_values) > 1:
         low, high = min(result.run_values), max(result.run_values)
         lines.append(f"{len(result.run_values)} runs: best f {high:.2f}, worst {low:.2f} deg.")
+    if result.evidence is not None:
+        lines += _evidence(result.evidence)
     if result.stop_reason == "cancelled":
         lines.append("The search was cancelled: this is the best pair until then.")
     return "\n".join(lines)
+
+
+def _evidence(evidence: "Evidence") -> list[str]:
+    lines = [
+        f"{evidence.share_reached:.0%} of {evidence.n_climbs} climbs ended in this pair's f, to "
+        "0.01 %. No proof that it is the largest."
+    ]
+    if evidence.second_best is not None:
+        lines[0] += f" Second-best basin: {evidence.second_best:.2f} deg."
+    if evidence.objective_before_climb is not None and evidence.objective_at_rest is not None:
+        lines.append(
+            f"Worst pair at rest: {evidence.objective_at_rest:.2f} deg. Before the climb in motion "
+            f"the best of rest's pairs had {evidence.objective_before_climb:.2f} deg there."
+        )
+    return lines
 
 
 def _angles(result: "SearchResult") -> Table:
@@ -122,10 +140,12 @@ def _footer(result: "SearchResult") -> str:
         if result.loo_rms_deg is not None:
             error = f"{result.loo_rms_deg:.2f} deg (root mean square)"
         lines.append(f"Surrogate: {len(result.training_x)} samples, leave-one-out error {error}.")
+    pairs = f"{counts['pairs_evaluated']:,} pairs evaluated, " if result.method == "ga" else ""
     lines += [
-        f"{counts['pairs_evaluated']:,} pairs evaluated, {counts['models_simulated']:,} models "
-        f"simulated: {counts['models_failed']} failed, {counts['models_refined']} refined, "
-        f"{counts['models_unsettled']} with an unsettled load.",
+        f"Method: {result.method}, solver: {result.solver}.",
+        f"{pairs}{counts['models_simulated']:,} models simulated: {counts['models_failed']} "
+        f"failed, {counts['models_refined']} refined, {counts['models_unsettled']} with an "
+        "unsettled load.",
         "Seconds: " + ", ".join(f"{name} {value:.3f}" for name, value in seconds.items()) + ".",
         f"Baseline: {result.space.title}. {result.space.note or ''}".rstrip(),
     ]

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from kneecore import __version__
 from kneecore._json import DIGITS
-from kneecore.model.response import MOMENT, Response, RestLength
+from kneecore.model.response import MOMENT, Response, RestLength, Solver
 from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import SearchSpace
+from kneecore.search.pair_search import Method, SearchSpace
 from kneecore.space import ParameterSpace
 
 __all__ = ["PairResult", "SearchResult", "versions"]
@@ -102,7 +103,7 @@ class SearchResult:
     space: ParameterSpace
     """The space that was searched, its baseline included."""
     search_space: SearchSpace
-    """Where the genetic algorithm searched: `surrogate` or `model`."""
+    """Where the search was: in the `surrogate` or in the `model`."""
     objective: Objective
     """Which loads count: `all`, `extension` or `flexion`."""
     rest_length: RestLength
@@ -140,7 +141,7 @@ class SearchResult:
     options: GeneticOptions
     seed: int
     stop_reason: str
-    """`max_generations` or `cancelled`."""
+    """`max_generations`, `converged` (an exact search) or `cancelled`."""
     counts: Mapping[str, int]
     """Pairs evaluated; models simulated, failed, refined and unsettled, over the whole search."""
     seconds: Mapping[str, float]
@@ -148,6 +149,12 @@ class SearchResult:
     threads: int
     """Threads that the true model was run on; the numbers do not depend on it."""
     versions: Mapping[str, str]
+    method: Method = "ga"
+    """`ga`, the paper's genetic algorithm, or `exact`, climbs with exact gradients."""
+    solver: Solver = "dynamics"
+    """Which response of the true model: its motion over 23 s, or `equilibrium`."""
+    evidence: Evidence | None = None
+    """What an exact search says about how good its result is."""
 
     @property
     def case(self) -> str:

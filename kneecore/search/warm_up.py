@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from kneecore.model.gradient import flexion_gradient
 from kneecore.model.response import simulate
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
@@ -9,20 +10,28 @@ from kneecore.numerics.surrogate import Surrogate
 from kneecore.space import ParameterSpace
 
 
-def warm_up(search_space: str = "surrogate") -> None:
+def warm_up(
+    search_space: str = "surrogate", *, method: str = "ga", solver: str = "dynamics"
+) -> None:
     """Run each kernel of a search once on next to nothing.
 
     Parameters
     ----------
     search_space : {"surrogate", "model"}
         The search whose kernels are wanted.
+    method : {"ga", "exact"}
+    solver : {"dynamics", "equilibrium"}
     """
-    simulate(ParameterSpace().baseline)
+    baseline = ParameterSpace().baseline
+    simulate(baseline, solver="equilibrium" if solver == "equilibrium" else "dynamics")
+    if method == "exact" and search_space == "model":
+        flexion_gradient(baseline)
     if search_space == "surrogate":
         points = np.array([[0.0], [0.5], [1.0]])
         surrogate = Surrogate.fit(points, points)
         surrogate(points)
+        surrogate.gradient(points)
         pair = SurrogatePair(surrogate, np.ones(1))
         maximize(pair, np.zeros(2), np.ones(2), pop_size=10, n_generations=GENERATIONS_PER_CALL)
-    else:
+    elif method == "ga":
         maximize(lambda x: x[:, 0], np.zeros(2), np.ones(2), pop_size=10, n_generations=1)

@@ -19,18 +19,20 @@ array([ 90., 110.])
 
 import time
 from collections.abc import Callable, Sequence
-from typing import overload
+from typing import get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.model.response import RestLength, simulate_batch
+from kneecore.model.response import RestLength, Solver, simulate_batch
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.search.cancelled import Cancelled
+from kneecore.search.exact_knee import ALONG_LOADS
+from kneecore.search.exact_outcome import exact_in_knee, exact_in_surrogate
 from kneecore.search.knee import KneeModel, Objective, load_weights
-from kneecore.search.pair_search import PairOutcome, PairSettings, SearchSpace, find_pair
+from kneecore.search.pair_search import Method, PairOutcome, PairSettings, SearchSpace, find_pair
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import LARGEST_EXTENSION, PairResult, SearchResult, versions
 from kneecore.search.warm_up import warm_up
@@ -46,7 +48,8 @@ BatchedModel = Callable[[FloatArray], ArrayLike]
 def worst_case(
     space: ParameterSpace | None = None,
     *,
-    search_space: SearchSpace = ...,
+    method: Method = ...,
+    search_space: SearchSpace | None = ...,
     training_samples: int = ...,
     pop_size: int = ...,
     n_generations: int = ...,
@@ -54,6 +57,7 @@ def worst_case(
     objective: Objective = ...,
     seed: int = ...,
     rest_length: RestLength = ...,
+    solver: Solver = ...,
     threads: int | None = ...,
     options: GeneticOptions | None = ...,
     callback: Callback | None = ...,
@@ -69,7 +73,8 @@ def worst_case(
     upper: ArrayLike,
     names: Sequence[str] | None = ...,
     weights: ArrayLike | None = ...,
-    search_space: SearchSpace = ...,
+    method: Method = ...,
+    search_space: SearchSpace | None = ...,
     training_samples: int = ...,
     pop_size: int = ...,
     n_generations: int = ...,
@@ -88,7 +93,8 @@ def worst_case(
     upper: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     weights: ArrayLike | None = None,
-    search_space: SearchSpace = "surrogate",
+    method: Method = "ga",
+    search_space: SearchSpace | None = None,
     training_samples: int = 50,
     pop_size: int = 200,
     n_generations: int = 800,
@@ -96,14 +102,15 @@ def worst_case(
     objective: Objective = "all",
     seed: int = 0,
     rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
     threads: int | None = None,
     options: GeneticOptions | None = None,
     callback: Callback | None = None,
 ) -> SearchResult | PairResult:
     """Find the two most different models within bounds.
 
-    The genetic algorithm maximises the sum over the outputs of |y(x_1) - y(x_2)|, over both models
-    at once; the best pair is always computed again in the true model.
+    The search maximises the sum over the outputs of |y(x_1) - y(x_2)|, the genetic algorithm over
+    both models at once; the best pair is always computed again in the true model.
 
     Parameters
     ----------
@@ -118,8 +125,12 @@ def worst_case(
         Names of its inputs.
     weights : array_like, shape (m,), optional
         Weight of each of its outputs' difference; ones for None.
-    search_space : {"surrogate", "model"}
-        What the genetic algorithm evaluates.
+    method : {"ga", "exact"}
+        The paper's genetic algorithm, or climbs with exact gradients (`kneecore.search.exact`),
+        which need none of its options.
+    search_space : {"surrogate", "model"}, optional
+        What the search evaluates; for None, "model" for the knee with exact gradients, otherwise
+        "surrogate".
     training_samples : int
         Model runs that the surrogate is fitted to.
     pop_size, n_generations : int
@@ -130,8 +141,8 @@ def worst_case(
         Which of the knee's 12 loads count.
     seed : int
         The same seed gives the same bytes, on any number of threads.
-    rest_length, threads
-        As for `simulate_batch`.
+    rest_length, solver, threads
+        As for `simulate_batch`; a knee that has lost its equilibrium is left out and counted.
     options : GeneticOptions, optional
         The genetic algorithm's constants.
     callback : callable, optional
@@ -152,7 +163,10 @@ def worst_case(
     Cancelled
         If the callback cancelled before the search had begun.
     """
+    if search_space is None:
+        search_space = "model" if method == "exact" and model is None else "surrogate"
     settings = PairSettings(
+        method=method,
         search_space=search_space,
         training_samples=training_samples,
         pop_size=pop_size,
@@ -169,15 +183,21 @@ def worst_case(
         if not isinstance(space, ParameterSpace | None):
             raise ParameterError(f"`space` is {space!r}; a ParameterSpace is allowed")
         return _worst_knees(
-            space or ParameterSpace(), settings, objective, rest_length, threads, callback
+            space or ParameterSpace(), settings, objective, rest_length, solver, threads, callback
         )
     if space is not None:
         raise ParameterError("`space` and `model` are given; only one of them is allowed")
     if not callable(model):
         raise ParameterError(f"`model` is {model!r}; a function of inputs (n, d) is allowed")
-    if objective != "all" or rest_length != "recomputed" or threads is not None:
+    usual = objective == "all" and rest_length == "recomputed" and solver == "dynamics"
+    if not usual or threads is not None:
         raise ParameterError(
-            "`objective`, `rest_length`, `threads` are the knee's, not a `model`'s"
+            "`objective`, `rest_length`, `solver`, `threads` are the knee's, not a `model`'s"
+        )
+    if method == "exact" and settings.search_space == "model":
+        raise ParameterError(
+            "`search_space` is 'model'; the method 'exact' has no gradients of a `model` of your "
+            "own, and searches its surrogate"
         )
     return _worst_pair(model, lower, upper, names, weights, settings, callback)
 
@@ -187,19 +207,27 @@ def _worst_knees(
     settings: PairSettings,
     objective: Objective,
     rest_length: RestLength,
+    solver: Solver,
     threads: int | None,
     callback: Callback | None,
 ) -> SearchResult:
+    if solver not in get_args(Solver):
+        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
     weights = load_weights(objective)
     settings.check_training(space.n_free)
     n_threads = thread_count(threads)
-    model = KneeModel(space, rest_length, n_threads)
+    model = KneeModel(space, rest_length, n_threads, solver)
     started = time.perf_counter()
     if callback is not None and callback(Progress(stage="compile", done=0, total=1)):
         raise Cancelled
-    warm_up(settings.search_space)
+    warm_up(settings.search_space, method=settings.method, solver=solver)
     compiled = time.perf_counter() - started
-    outcome = find_pair(model, space.n_free, weights, settings, callback)
+    if settings.method == "ga":
+        outcome = find_pair(model, space.n_free, weights, settings, callback)
+    elif settings.search_space == "model":
+        outcome = exact_in_knee(model, objective, settings, callback)
+    else:
+        outcome = exact_in_surrogate(model, space.n_free, weights, settings, callback, ALONG_LOADS)
     counts = {
         "pairs_evaluated": outcome.n_evaluations,
         "models_simulated": model.n_simulated,
@@ -213,12 +241,16 @@ def _worst_knees(
         np.vstack([space.baseline, x]),
         baseline=space.baseline,
         rest_length=rest_length,
+        solver=solver,
         threads=1,
     )
     training = outcome.training
     predicted = outcome.y_surrogate
     return SearchResult(
         space=space,
+        method=settings.method,
+        solver=solver,
+        evidence=outcome.evidence,
         search_space=settings.search_space,
         objective=objective,
         rest_length=rest_length,
@@ -299,7 +331,8 @@ def _worst_pair(
         x[:, free] = np.clip(low[free] + u * (high - low)[free], low[free], high[free])
         return x
 
-    outcome = find_pair(
+    search = find_pair if settings.method == "ga" else exact_in_surrogate
+    outcome = search(
         lambda u: np.asarray(model(scale(u))),
         int(np.count_nonzero(free)),
         wanted,

@@ -121,7 +121,7 @@ def test_settled_worst_case_is_not_below_the_genetic_algorithm():
     assert found.objective >= max(ga)
     assert found.objective == pytest.approx(settled(SPACE, found.x), rel=1e-12)
     assert found.evidence.objective_at_rest == found.objective
-    assert found.evidence.models_in_motion == 0
+    assert found.evidence.n_in_motion == 0
 
 
 @pytest.mark.parametrize("solver", ["dynamics", "equilibrium"])
@@ -145,7 +145,7 @@ def test_worst_case_in_motion_is_not_below_the_genetic_algorithm():
     ga = maximize(pairs, np.zeros(56), np.ones(56), pop_size=60, n_generations=40, seed=0)
     assert found.objective > ga.value
     assert found.objective == pytest.approx(moved(SPACE, found.x), rel=1e-12)
-    assert found.evidence.models_in_motion > 0
+    assert found.evidence.n_in_motion > 0
     assert found.flexion_deg[0, 5] < found.flexion_deg[1, 5]
 
 
@@ -159,7 +159,7 @@ def test_same_seed_same_bytes_on_any_number_of_threads():
     one, two = (exact_worst_case(seed=5, threads=t) for t in (1, 2))
     assert one.u.tobytes() == two.u.tobytes()
     assert one.flexion_deg.tobytes() == two.flexion_deg.tobytes()
-    assert one.evidence == two.evidence or vars(one.evidence) == vars(two.evidence)
+    assert vars(one.evidence) == vars(two.evidence)
 
 
 def test_motion_climbs_where_rest_has_misled():
@@ -169,7 +169,7 @@ def test_motion_climbs_where_rest_has_misled():
     assert evidence.objective_before_climb is not None
     assert found.objective > 1.005 * evidence.objective_before_climb
     assert found.objective == pytest.approx(moved(SPACE, found.x, "fixed"), rel=1e-12)
-    assert any(evidence.inside)
+    assert (SPACE.at_bounds(found.x) == 0).any()
 
 
 @pytest.mark.parametrize("objective", ["extension", "flexion"])
@@ -187,7 +187,7 @@ def test_cases_search_their_own_parameters():
     found = exact_worst_case(space, solver="equilibrium")
     assert found.u.shape == (2, 6)
     np.testing.assert_array_equal(found.x[:, :22], np.tile(space.baseline[:22], (2, 1)))
-    assert found.evidence.inside == ((), ())
+    assert (space.at_bounds(found.x)[:, 22:] != 0).all()
     assert found.objective < 0.2 * exact_worst_case(solver="equilibrium").objective
 
 
@@ -196,7 +196,7 @@ def test_knees_without_an_equilibrium_are_left_out_and_counted():
     space = ParameterSpace(half_ranges=half, geometry_bound_mm=0.0, material_bound_percent=0.0,
                            slope_bound_deg=0.0)  # fmt: skip
     found = exact_worst_case(space, solver="equilibrium")
-    assert found.evidence.models_lost > 0
+    assert found.evidence.n_lost > 0
     assert np.isfinite(found.objective)
     assert np.isfinite(found.flexion_deg).all()
 
@@ -222,7 +222,7 @@ def test_a_report_can_end_the_search_early():
     found = exact_worst_case(solver="equilibrium", report=report)
     whole = exact_worst_case(solver="equilibrium")
     assert len(seen) == 1
-    assert found.evidence.models_at_rest < whole.evidence.models_at_rest
+    assert found.evidence.n_evaluations < whole.evidence.n_evaluations
     assert found.objective <= whole.objective
 
 
