@@ -500,6 +500,10 @@ def test_the_lesson_runs_from_its_first_to_its_last_step(session, visitor):
 
 
 def test_per_visitor_each_has_a_knee_of_his_own():
+    def workers():
+        return {t for t in threading.enumerate() if t.name == "view"}
+
+    before = workers()
     app = App(port=0, shared=False)
     try:
         port = app.server.get_port()
@@ -515,6 +519,6 @@ def test_per_visitor_each_has_a_knee_of_his_own():
             two.wait(lambda c: c.notifications)
             assert one.notifications == []
         eventually(lambda: app.sessions == {})
-        eventually(lambda: not any(t.name == "view" for t in threading.enumerate()))
+        eventually(lambda: workers() == before)
     finally:
         app.stop()
