@@ -297,13 +297,15 @@ class Session:
         self._frame += 1
         slow = stale or not self.playback.playing or self._frame % _SLOW_FRAMES == 0
         shown = self.shown()
+        if slow:  # sixty curves cost a browser without a graphics card more than the knee
+            self.view.curve.update(shown, Markers(poses=poses))
+        if stale:  # the answer to a slider goes first
+            self.target.flush()
         with self.target.atomic():
-            if slow:  # sixty curves cost a browser without a graphics card more than the knee
-                self.view.curve.update(shown, Markers(poses=poses))
             self.view.scene.draw(current.x, poses[0])
             for i, knee in enumerate(self._knees()[1:]):
                 self.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
-        self.target.flush()  # what the eye is on goes first
+        self.target.flush()
         if slow:
             with self.target.atomic():
                 self.view.show_other_charts(shown, Markers(poses=poses))
