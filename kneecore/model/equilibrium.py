@@ -20,14 +20,22 @@ from kneecore.model.potential import about_origin, move_to_mass_centre
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_SAME_TURN = 1e-6  # rad: two solvers' psi in the same equilibrium
+
 
 @kernel
 def _clear_doubts(
     row: FloatArray, sign: float, moments: FloatArray, doubt: BoolArray, poses: FloatArray
 ) -> float:
     """Trace a run from where its walk was wrong; return the moment at which it is lost, or NaN."""
-    for k in range(moments.shape[0]):
-        if doubt[k] and (k == 0 or not rises(row, sign, poses[k - 1], poses[k])):
+    if doubt[0]:
+        first = np.empty((1, 3))
+        found = trace(row, sign, moments[:1], 0, first) < 0
+        if not (found and abs(first[0, 2] - poses[0, 2]) < _SAME_TURN):
+            k = trace(row, sign, moments, 0, poses)
+            return sign * moments[k] if k >= 0 else np.nan
+    for k in range(1, moments.shape[0]):
+        if doubt[k] and not rises(row, sign, poses[k - 1], poses[k]):
             k = trace(row, sign, moments, k, poses)
             return sign * moments[k] if k >= 0 else np.nan
     return np.nan

@@ -104,14 +104,18 @@ def rises(row: FloatArray, sign: float, start: FloatArray, end: FloatArray) -> b
     if not turn > 0.0:
         return False
     place, h = start[:2].copy(), np.empty(10)
-    n_steps = int(turn / TURN_STEP) + 4
-    held = -np.inf
+    n_steps = int(turn / (2.0 * TURN_STEP)) + 4
+    held, rate = -np.inf, 0.0
     for i in range(n_steps + 1):
         if not _hold(row, start[2] + sign * turn * i / n_steps, place, h):
             return False
-        if not sign * h[3] > held:
+        risen, now = sign * h[3] - held, _rate(h)
+        # Between two ends from which M rises much faster than on average there may be a dip: a
+        # cubic rises all the way if neither end is steeper than three times the average
+        # (Fritsch & Carlson 1980, SIAM J Numer Anal 17:238).
+        if not (risen > 0.0 and now > 0.0 and max(rate, now) * turn <= 3.0 * risen * n_steps):
             return False
-        held = sign * h[3]
+        held, rate = sign * h[3], now
     return True
 
 

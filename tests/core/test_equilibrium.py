@@ -93,6 +93,23 @@ def test_marked_knees_are_those_that_a_trace_shows_to_be_lost():
     assert 10 < np.count_nonzero(~np.isnan(lost_at)) < 100
 
 
+@pytest.mark.parametrize("knee", [1071, 1414, 1446])
+def test_strained_knees_come_to_the_nearest_equilibrium(knee):
+    """Far out of equilibrium at the start, with other equilibria beyond the nearest."""
+    rows = rows_of(1500, 22, bound=5.0, percent=50.0, rest_length="fixed")[knee : knee + 1]
+    poses, lost_at = equilibria(rows)
+    traced = np.empty((6, 3))
+    place = trace(about_origin(rows)[0], -1.0, MOMENTS, 0, traced)
+    if place < 0:
+        np.testing.assert_allclose(poses[0, 6:, 2], traced[:, 2], rtol=0, atol=1e-8)
+    else:
+        assert lost_at[0] == -MOMENTS[place]
+    newton, doubt = np.empty((1, 6, 3)), np.empty((1, 6), dtype=bool)
+    walk(about_origin(rows), np.array([1]), MOMENTS, newton, doubt)
+    assert doubt[0, 0]
+    assert abs(newton[0, 0, 2] - traced[0, 2]) > 0.1
+
+
 def test_walk_and_trace_find_the_same_equilibria():
     rows = about_origin(rows_of(40, 4, bound=2.0))
     poses, doubt = np.empty((80, 6, 3)), np.empty((80, 6), dtype=bool)
