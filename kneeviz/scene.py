@@ -31,8 +31,8 @@ FloatArray = NDArray[np.float64]
 
 FIELD_OF_VIEW = np.deg2rad(10.0)
 """Narrow, so that perspective does not show: there is no orthographic camera."""
-CENTRE = (-0.026, -0.008, 0.0)
-HALF_HEIGHT = 0.150
+CENTRE = (-0.031, -0.008, 0.0)
+HALF_HEIGHT = 0.157
 DISTANCE = HALF_HEIGHT / np.tan(0.5 * FIELD_OF_VIEW)
 _FLAT = 0.002  # share of the bones' depth that the flat view keeps
 _LAYER = 4e-4  # m between the flat view's layers
