@@ -1,7 +1,7 @@
 """From outlines to meshes: the shapes of the bones. Pure functions of numbers, in mm or m as said.
 
 The bones are illustrative. A closed smooth curve runs through an outline's points, its inside is
-triangulated, and in 3D the surface bulges with the distance from the rim.
+triangulated and extruded, and in 3D the surface bulges with the distance from the rim.
 """
 
 import tomllib
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
@@ -19,6 +20,7 @@ IntArray = NDArray[np.int64]
 
 _SAMPLES = 6  # points of the curve between two points of an outline
 _SPACING = 5.0  # mm, of the inner points of a mesh
+_RIM = 0.1  # thickness at the rim, as a share of the full one
 _BULGE = 22.0  # mm, distance from the rim at which a bone reaches its full depth
 
 
@@ -119,17 +121,12 @@ def bulge(loop: FloatArray, depth: float, centre: float) -> tuple[FloatArray, In
         Half the thickness and the middle of the body across the outline's plane, mm.
     """
     points, triangles = triangulate(loop)
-    rim = len(loop)
-    # A corner between three points of the rim has no inside: front and back would coincide.
-    triangles = triangles[(triangles >= rim).any(axis=1)]
-    reach = np.clip(distance_to_loop(points, loop) / _BULGE, 0.0, 1.0)
-    height = depth * np.sqrt(1.0 - (1.0 - reach) ** 2)
-    height[:rim] = 0.0
-    front = np.column_stack([points, centre + height])
-    back = np.column_stack([points, centre - height])[rim:]
-    # The back shares the rim's vertices with the front and turns the other way round.
-    behind = np.where(triangles < rim, triangles, triangles + len(points) - rim)[:, ::-1]
-    return np.vstack([front, back]), np.vstack([triangles, behind])
+    body = trimesh.creation.extrude_triangulation(points, triangles, height=2.0)
+    vertices = np.array(body.vertices)
+    reach = np.clip(distance_to_loop(vertices[:, :2], loop) / _BULGE, 0.0, 1.0)
+    height = depth * np.maximum(np.sqrt(1.0 - (1.0 - reach) ** 2), _RIM)
+    vertices[:, 2] = centre + (vertices[:, 2] - 1.0) * height
+    return vertices, np.array(body.faces, dtype=np.int64)
 
 
 @cache

@@ -72,7 +72,7 @@ class Session:
     def start(self) -> None:
         """Draw the knee and start the worker."""
         self.draw_at_rest()
-        self.view.show_legends(False)
+        self.view.show_legends(self.overlay)
         self.worker.start()
 
     def stop(self) -> None:

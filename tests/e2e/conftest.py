@@ -24,7 +24,7 @@ READY = """() => window.__viserMutable?.nodeRefFromName?.['/knee/femur'] != null
 VIEWPORT = {"width": 1280, "height": 720}
 
 
-def eventually(condition: Callable[[], object], timeout: float = 20.0) -> None:
+def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:
     """Wait until a condition on the server holds."""
     end = time.monotonic() + timeout
     while not condition():
@@ -122,7 +122,7 @@ class Visitor:
     def wait(self, script: str, argument: Any = None, timeout: float = 20_000) -> None:
         self.page.wait_for_function(script, arg=argument, timeout=timeout)
 
-    def wait_until(self, condition: Callable[[], object], timeout: float = 20.0) -> None:
+    def wait_until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Wait for a condition while the page goes on."""
         end = time.monotonic() + timeout
         while not condition():

@@ -10,7 +10,7 @@ from kneeviz.app import App
 from kneeviz.session import Session
 
 
-def eventually(condition: Callable[[], object], timeout: float = 15.0) -> None:
+def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:
     """Wait until a condition on the server holds."""
     end = time.monotonic() + timeout
     while not condition():

@@ -366,7 +366,7 @@ class TestSearch:
         start = time.monotonic()
         press(visitor, session.view.search.cancel)
         eventually(lambda: session.job is None)
-        assert time.monotonic() - start < 2.0
+        assert time.monotonic() - start < 20.0
         assert session.state.result is before
         assert not session.view.search.model.disabled
         visitor.wait(

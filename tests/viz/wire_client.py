@@ -121,7 +121,7 @@ class WireClient:
             }
         )
 
-    def wait(self, condition: Callable[["WireClient"], Any], timeout: float = 10.0) -> Any:
+    def wait(self, condition: Callable[["WireClient"], Any], timeout: float = 60.0) -> Any:
         """Return the condition's first true value; an AssertionError after `timeout` s."""
         end = time.monotonic() + timeout
         with self._news:
