@@ -15,12 +15,22 @@ from kneecore._threads import run_all, thread_count
 from kneecore.model.dynamics import MOMENTS, respond
 from kneecore.model.load_path import rises, trace
 from kneecore.model.newton_walk import LANES, walk
-from kneecore.model.potential import about_origin, move_to_mass_centre
+from kneecore.model.pose import ORIGIN_X, ORIGIN_Y
+from kneecore.model.potential import about_origin, all_terms, move_to_mass_centre
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+_STRAINED = 1e-9  # J
 _SAME_TURN = 1e-6  # rad: two solvers' psi in the same equilibrium
+
+
+@kernel
+def _begins_free(row: FloatArray) -> bool:
+    """Tell whether nothing is strained in the load-free pose, so that the way from it is one."""
+    h = np.empty(10)
+    all_terms(row, row[ORIGIN_X], row[ORIGIN_Y], 0.0, h)
+    return bool(h[0] < _STRAINED)
 
 
 @kernel
@@ -28,7 +38,7 @@ def _clear_doubts(
     row: FloatArray, sign: float, moments: FloatArray, doubt: BoolArray, poses: FloatArray
 ) -> float:
     """Trace a run from where its walk was wrong; return the moment at which it is lost, or NaN."""
-    if doubt[0]:
+    if doubt[0] and not (_begins_free(row) and np.isfinite(poses[0, 2])):
         first = np.empty((1, 3))
         found = trace(row, sign, moments[:1], 0, first) < 0
         if not (found and abs(first[0, 2] - poses[0, 2]) < _SAME_TURN):

@@ -93,6 +93,12 @@ def test_marked_knees_are_those_that_a_trace_shows_to_be_lost():
     assert 10 < np.count_nonzero(~np.isnan(lost_at)) < 100
 
 
+def test_a_snap_that_only_the_iterations_betray_is_marked():
+    rows = rows_of(1500, 5, bound=10.0, percent=90.0)[528:529]
+    assert trace(about_origin(rows)[0], -1.0, MOMENTS, 0, np.empty((6, 3))) == 5
+    assert equilibria(rows)[1][0] == -5.0
+
+
 @pytest.mark.parametrize("knee", [1071, 1414, 1446])
 def test_strained_knees_come_to_the_nearest_equilibrium(knee):
     """Far out of equilibrium at the start, with other equilibria beyond the nearest."""

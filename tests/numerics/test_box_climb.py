@@ -53,6 +53,12 @@ def test_climbs_do_not_look_at_each_other():
     assert together.n_evaluations > alone.n_evaluations
 
 
+def test_inputs_that_peak_inside_take_fewer_steps_than_halving():
+    slopes, weights = quadratics(0, 3), np.tile(np.eye(M), (5, 1))
+    ends = climb(slopes, np.random.default_rng(0).random((len(weights), D)), weights)
+    assert ends.n_evaluations < 19 * len(weights)  # 21 if the zeros of the slopes are not used
+
+
 def test_values_never_fall():
     def bumpy(u, w):
         y = np.sin(9.0 * u).sum(axis=1, keepdims=True)
