@@ -41,14 +41,13 @@ class SettledKnee:
         poses, lost_at = equilibria(rows, self.threads)
         gradients = np.empty((len(x), 1, N_PARAMETERS))
         fixed = self.rest_length == "fixed"
+        centre = space.baseline.copy()  # a read-only array would be compiled for once more
         each = np.ascontiguousarray(weights[:, None, :])
         size = max(64, -(-len(x) // (2 * thread_count(self.threads))))
 
         def work(first: int) -> None:
             k = slice(first, first + size)
-            weighted_gradients(
-                x[k], rows[k], poses[k], space.baseline, fixed, each[k], gradients[k]
-            )
+            weighted_gradients(x[k], rows[k], poses[k], centre, fixed, each[k], gradients[k])
 
         run_all(work, range(0, len(x), size), self.threads)
         self.n_simulated += len(x)
