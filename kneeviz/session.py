@@ -5,6 +5,7 @@ to the session's mailbox; its worker thread alone touches the state and the hand
 """
 
 import logging
+import math
 import time
 from collections.abc import Callable, Hashable
 from typing import Any
@@ -31,6 +32,8 @@ FloatArray = NDArray[np.float64]
 _LOG = logging.getLogger(__name__)
 _MORPH_SECONDS = 0.35
 _FADE_SECONDS = 0.6
+_SEND_SECONDS = 0.004  # s: about what it takes to pack and send the curves
+_DRAG_SECONDS, _DRAG_FRAME = 0.4, 0.1  # s: how long a slider counts as moving, and a frame then
 _SLOW_FRAMES = 3  # hidden tabs, numbers and the position slider follow at a third of the rate
 
 
@@ -67,6 +70,8 @@ class Session:
         self._stale = True  # the charts' content, beyond the markers
         self._frame = 0
         self._glide: tuple[float, float, float] | None = None
+        self._edited = -math.inf
+        """When a slider was last moved, s of `time.monotonic`."""
         wire.guard(target.gui, self.reject)
 
     def start(self) -> None:
@@ -103,7 +108,9 @@ class Session:
             self.target.flush()
         due = self.notices.deliver(now)
         if self._moving() and self.clients():
-            due = now + FRAME_SECONDS if due is None else min(due, now + FRAME_SECONDS)
+            # Under a moving slider its answers are the frames: more would only keep them waiting.
+            frame = _DRAG_FRAME if now - self._edited < _DRAG_SECONDS else FRAME_SECONDS
+            due = now + frame if due is None else min(due, now + frame)
         elif self._moving():
             due = now + 0.5  # nobody looks
         return due
@@ -179,6 +186,7 @@ class Session:
         if handle.value != value:  # set by us while the visitor moved it
             handle.value = value
         self._morph = None
+        self._edited = time.monotonic()
         if self.model_ready:
             self.show_knee(self.state.x, final=True)
 
@@ -301,6 +309,8 @@ class Session:
             self.view.curve.update(shown, Markers(poses=poses))
         if stale:  # the answer to a slider goes first
             self.target.flush()
+            # The thread that sends it would have to wait for this one's next pause.
+            time.sleep(_SEND_SECONDS)
         with self.target.atomic():
             self.view.scene.draw(current.x, poses[0])
             for i, knee in enumerate(self._knees()[1:]):

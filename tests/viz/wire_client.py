@@ -73,6 +73,8 @@ class WireClient:
         self.scene: dict[str, dict[str, Any]] = {}
         self.counts: dict[str, int] = {}
         self.frames = 0
+        self.arrived = 0.0
+        """When the last frame that was taken in arrived, before its decoding (`perf_counter`)."""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
         self.send(CAMERA)
@@ -136,8 +138,10 @@ class WireClient:
     def _read(self) -> None:
         with contextlib.suppress(ConnectionClosed, OSError, EOFError):
             for frame in self._socket:
+                arrived = time.perf_counter()
                 messages = decode_frame(frame)
                 with self._news:
+                    self.arrived = arrived
                     self.frames += 1
                     for message in messages:
                         self._take(message)
