@@ -84,7 +84,7 @@ DARK = Palette(
     rim=(120, 104, 78),
     fibula=(150, 142, 124),
     slack=(122, 122, 122),
-    mechanism=(70, 60, 44),
+    mechanism=(150, 105, 50),
     arrow=(250, 250, 250),
     contact=(255, 190, 40),
 )
