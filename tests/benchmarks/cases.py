@@ -12,8 +12,9 @@ import numpy as np
 import rivals
 from scipy.interpolate import RBFInterpolator
 
-from kneecore import ParameterSpace, worst_case
+from kneecore import ParameterSpace, influence, monte_carlo, worst_case
 from kneecore.model.dynamics import respond
+from kneecore.model.equilibrium import equilibria
 from kneecore.model.response import prepare
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -30,7 +31,7 @@ class Case:
     ours: Callable[[], object]
     rival_name: str = ""
     rival: Callable[[], object] | None = None
-    repeats: int = 5
+    repeats: int = 7
     elsewhere: str = ""
     """What others report, and where."""
 
@@ -104,6 +105,31 @@ CASES = (
         ours=lambda: worst_case(search_space="model", pop_size=100, n_generations=100),
         repeats=2,
         elsewhere="2,633 s (the paper, 15 threads)",
+    ),
+    Case(
+        name="12 equilibria, 1,024 knees",
+        ours=lambda: equilibria(knees()),
+        rival_name="the dynamic model",
+        rival=lambda: respond(knees()),
+    ),
+    Case(
+        name="exact worst case in the true model",
+        ours=lambda: worst_case(method="exact"),
+    ),
+    Case(
+        name="exact worst case of the knees at rest",
+        ours=lambda: worst_case(method="exact", solver="equilibrium"),
+    ),
+    Case(
+        name="10,000 Monte-Carlo samples of the true model",
+        ours=monte_carlo,
+        repeats=2,
+        elsewhere="1,246 s (the paper, 15 threads)",
+    ),
+    Case(
+        name="Sobol' indices, 30,720 models, no intervals",
+        ours=lambda: influence(intervals=False),
+        repeats=2,
     ),
     Case(name="`python -m kneecore.search --help`", ours=lambda: command("--help"), repeats=3),
     Case(name="`python -m kneecore.search`, kernels cached", ours=command, repeats=3),
