@@ -3,7 +3,7 @@
 Flags
 -----
 ``contract`` alone of the fast-math flags: the compiler may fuse ``a * b + c``, which makes the
-dynamics 1.3 to 1.4 times faster, and nothing else changes. NaN and infinity keep their meaning
+dynamics clearly faster, and nothing else changes. NaN and infinity keep their meaning
 (``fastmath=True`` would delete the checks for them), sums keep their order, and the lanes of a
 vector all run the same instructions, so a model's result does not depend on its neighbours. The
 tests hold that bit by bit.

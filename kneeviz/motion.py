@@ -6,7 +6,6 @@ the drawn circle stays on the drawn plateau. In time, kneecore's own frames are 
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,6 @@ from kneecore.model.forces import THETA_0
 from kneeviz.mechanism import Pose, contact_coordinates, tibia_at_contact
 
 FloatArray = NDArray[np.float64]
-Mode = Literal["sweep", "extension", "flexion"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -233,10 +233,6 @@ class Session:
         self.playback.play(False)
         self._glide = (self.playback.share, sweep.share_at(moment), time.monotonic())
 
-    def go_to(self, moment: float) -> None:
-        """Show the knee under a moment at once, N m, and pause."""
-        self.glide_to(moment)
-
     def touch(self) -> None:
         """Draw the charts anew at the next frame."""
         self._stale = True

@@ -2,8 +2,8 @@
 
 f(x) = sum over the outputs j of w_j |y_j(x_1) - y_j(x_2)|, x = (x_1, x_2).
 
-The search in a surrogate compares pairs in single precision, which is twice as fast and moves f by
-about 1e-7 of itself; what it finds is computed again in double precision (`SurrogatePair.exact`).
+The search in a surrogate compares pairs in single precision, which is much faster and moves f by
+less than the tests' 1e-5 of itself; what it finds is computed again in double precision.
 """
 
 from collections.abc import Callable

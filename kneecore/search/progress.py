@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-STAGES = ("compile", "sampling", "fit", "search", "verify")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:

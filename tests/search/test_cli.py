@@ -10,9 +10,12 @@ import time
 import jsonschema
 import numpy as np
 import pytest
+from commands import called
 
 from kneecore import GeneticOptions, ParameterSpace, SearchResult, simulate, worst_case
 from kneecore._assets import asset_path
+from kneecore.model.cli import main as simulate_main
+from kneecore.search.cli import main as search_main
 
 SMALL = ["--pop-size", "20", "--generations", "10"]
 SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
@@ -30,17 +33,7 @@ def run(module, *arguments, **options):
 
 
 def in_process(capsys, *arguments, module="search"):
-    """Call a command's main in this process, which has the kernels loaded."""
-    from kneecore.model.cli import main as simulate_main
-    from kneecore.search.cli import main as search_main
-
-    main = search_main if module == "search" else simulate_main
-    try:
-        code = main(list(arguments))
-    except SystemExit as stop:
-        code = stop.code
-    printed = capsys.readouterr()
-    return code, printed.out, printed.err
+    return called(capsys, search_main if module == "search" else simulate_main, *arguments)
 
 
 def test_json_is_one_object_and_nothing_else():

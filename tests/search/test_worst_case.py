@@ -49,6 +49,14 @@ def test_differences_in_extension(result):
     assert result.extension_difference_percent == pytest.approx(100.0 * (two - one) / motion)
 
 
+def test_model_1_is_the_one_that_extends_further():
+    found = [worst_case(seed=seed, pop_size=20, n_generations=10) for seed in range(8)]
+    for each in found:
+        assert each.model_1.flexion[5] < each.model_2.flexion[5]
+        assert each.predicted_flexion[0, 5] < each.predicted_flexion[1, 5]
+        np.testing.assert_array_equal(simulate(each.x[0]).flexion, each.model_1.flexion)
+
+
 def test_both_knees_are_within_the_bounds(result):
     space = result.space
     assert (result.x >= space.lower).all()

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from commands import called
 
 import kneecore
 from kneecore import (
@@ -18,6 +19,7 @@ from kneecore import (
     worst_case_slopes,
 )
 from kneecore.numerics.sampling import uniform
+from kneecore.study.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -182,14 +184,7 @@ def test_slopes_at_the_worst_case(worst):
 
 
 def in_process(capsys, *arguments):
-    from kneecore.study.cli import main
-
-    try:
-        code = main(list(arguments))
-    except SystemExit as stop:
-        code = stop.code
-    printed = capsys.readouterr()
-    return code, printed.out, printed.err
+    return called(capsys, main, *arguments)
 
 
 def test_the_command_prints_json(capsys):
