@@ -86,6 +86,7 @@ def _bound(session: "Session", value: Any, name: str) -> None:
         session.notices.tell(client_id, "Bounds not changed", str(error))
         _mirror_bounds(session)
         return
+    session.show_band(None)  # it was that of the old bounds
     session.mirror_sliders()
     if session.model_ready:
         state.solve_baseline()
@@ -123,6 +124,7 @@ def load_knee(session: "Session", knee: Knee) -> None:
     result, worst = state.result, state.worst
     state.set_knee(knee)
     state.result, state.worst = result, worst
+    session.show_band(None)
     _mirror_bounds(session)
     session.mirror_sliders()
     if session.model_ready:

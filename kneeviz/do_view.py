@@ -89,7 +89,7 @@ def _joined(session: "Session", _value: Any, client_id: int) -> None:
 
 def _dark(session: "Session", value: Any) -> None:
     session.view.repaint(session.target.gui, bool(value.value))
-    session.view.show_legends(session.overlay)
+    session.show_legends()
     show_result(session)
     session.touch()
 

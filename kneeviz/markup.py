@@ -98,8 +98,18 @@ def _swatch(colour: str, *, dashed: bool = False) -> str:
     )
 
 
-def legend(colours: theme.Palette, *, overlays: bool, curve: bool) -> str:
-    """Return the charts' key; `curve` adds what only the moment-angle chart shows."""
+def _patch(fill: str, edge: str) -> str:
+    return (
+        f'<span style="display:inline-block;width:20px;height:9px;background:{fill};'
+        f'border:1px solid {edge};vertical-align:middle;margin-right:5px"></span>'
+    )
+
+
+def legend(colours: theme.Palette, *, overlays: bool, curve: bool, band: str | None = None) -> str:
+    """Return the charts' key.
+
+    `curve` adds what only the moment-angle chart shows, `band` what its band was sampled from.
+    """
     items = [(colours.current, False, "your knee, true model")]
     if curve:
         items.append((colours.surrogate, True, "its surrogate"))
@@ -112,6 +122,11 @@ def legend(colours: theme.Palette, *, overlays: bool, curve: bool) -> str:
         f'<span style="white-space:nowrap;margin-right:12px">{_swatch(c, dashed=d)}{text}</span>'
         for c, d, text in items
     )
+    if band is not None:
+        shown += (
+            f'<span style="white-space:nowrap" title="{escape(band)}">'
+            f"{_patch(colours.band, colours.band_edge)}99.7 % band</span>"
+        )
     return box(shown, style="font-size:11.5px")
 
 

@@ -20,6 +20,18 @@ _CORNERS = 13 * len(KNEES) + 4 + 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Band:
+    """Where 99.7 % of sampled knees lie, load by load."""
+
+    lower_deg: FloatArray
+    """Shape (12,), in the response's order of loads."""
+    upper_deg: FloatArray
+    """Shape (12,)."""
+    text: str
+    """What was sampled and how, for people: "2,000 samples, settled"."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Shown:
     """What the charts show now. A missing knee is None."""
 
@@ -33,6 +45,8 @@ class Shown:
     """The surrogate's training curves, shape (n, 12), rad."""
     strain_free: bool
     """Whether all knees share the load-free pose."""
+    band: Band | None = None
+    """The sampling band behind the curves."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,9 +99,7 @@ def _axis(
 
 
 class CurveChart:
-    """External moment against flexion angle, with the training curves faintly behind."""
-
-    _LEAD = 2  # series before the training curves: the shade's edge and the zero line
+    """External moment against flexion angle; sampling band and training curves faintly behind."""
 
     def __init__(self, gui: Any, colours: theme.Palette, *, height: int) -> None:
         self._gui, self._height = gui, height
@@ -115,6 +127,8 @@ class CurveChart:
             {},
             _line("rgba(0,0,0,0)", 0.0),
             _line(c.zero, 1.0, dash=(4, 4)),
+            _line(c.band_edge, 1.0),
+            _line(c.band_edge, 1.0),
             *(_line(c.training, 1.0) for _ in range(self._n_training)),
             baseline,
             current,
@@ -125,7 +139,8 @@ class CurveChart:
         ]
 
     def _bands(self) -> tuple[dict[str, Any], ...]:
-        return ({"series": (2, 1), "fill": self._colours.beyond},)
+        c = self._colours
+        return {"series": (2, 1), "fill": c.beyond}, {"series": (4, 3), "fill": c.band}
 
     def _scales(self) -> dict[str, Any]:
         limit = series.MOMENT_LIMIT
@@ -181,6 +196,10 @@ class CurveChart:
             return series.angles_at(axis, sweep.moment[::-1], np.degrees(sweep.flexion[::-1]))
 
         training = [] if shown.training is None else list(curve(shown.training))
+        band = [curve(None), curve(None)]
+        if shown.band is not None:
+            edges = (shown.band.lower_deg, shown.band.upper_deg)
+            band = [curve(np.radians(edge)) for edge in edges]
         baseline, current, one, two = (knee_curve(sweep) for sweep in shown.sweeps)
         lines = [baseline, current, curve(shown.predicted), one, two]
         dots = [
@@ -190,8 +209,8 @@ class CurveChart:
             for pose in markers.poses
         ]
         edge = np.full(len(axis), self._range[0])
-        data = (axis, edge, np.zeros(len(axis)), *training, *lines, *dots)
-        return data, [*training, *lines]
+        data = (axis, edge, np.zeros(len(axis)), *band, *training, *lines, *dots)
+        return data, [*band, *training, *lines]
 
 
 class AngleChart:

@@ -21,7 +21,7 @@ from kneeviz.mechanism import Pose, tibia_at_contact
 from kneeviz.motion import pose_in_time
 from kneeviz.notices import Notices
 from kneeviz.playback import FRAME_SECONDS, Playback
-from kneeviz.plots import Markers, Shown
+from kneeviz.plots import Band, Markers, Shown
 from kneeviz.search_job import SearchJob
 from kneeviz.state import SCALE, KneeState, Solved, runs_in_time, training_curves
 from kneeviz.view import View
@@ -60,6 +60,7 @@ class Session:
         self.job: SearchJob | None = None
         self.rising: list[float] = []
         self.overlay = False
+        self.band: Band | None = None
         self.lesson: int | None = None
         self.rng = np.random.default_rng()
         self.model_ready = False
@@ -77,7 +78,7 @@ class Session:
     def start(self) -> None:
         """Draw the knee and start the worker."""
         self.draw_at_rest()
-        self.view.show_legends(self.overlay)
+        self.show_legends()
         self.worker.start()
 
     def stop(self) -> None:
@@ -222,8 +223,18 @@ class Session:
             self._fade_start = time.monotonic()
             self.view.scene.fade_overlays(0.0)
         self.overlay = shown
-        self.view.show_legends(shown)
+        self.show_legends()
         self._stale, self._runs = True, None
+
+    def show_band(self, band: Band | None) -> None:
+        """Draw a sampling band behind the curves, or none."""
+        self.band = band
+        self.show_legends()
+        self._stale = True
+
+    def show_legends(self) -> None:
+        """Write the charts' keys."""
+        self.view.show_legends(self.overlay, self.band)
 
     def glide_to(self, moment: float) -> None:
         """Turn the knee smoothly to where it rests under a moment, N m."""
@@ -337,6 +348,7 @@ class Session:
             predicted=self.state.predicted,
             training=training_curves(self.state),
             strain_free=self.state.strain_free,
+            band=self.band,
         )
 
     def _show_numbers(self, shown: Shown) -> None:

@@ -30,6 +30,9 @@ class Palette:
     baseline: str
     training: str
     surrogate: str
+    band: str
+    """The sampling band's fill."""
+    band_edge: str
     model_1: str
     model_2: str
     zero: str
@@ -53,6 +56,8 @@ LIGHT = Palette(
     baseline="#999999",
     training="rgba(120,120,120,0.20)",
     surrogate="#B0528A",
+    band="rgba(40,130,150,0.22)",
+    band_edge="rgba(40,130,150,0.55)",
     model_1=MODEL_1,
     model_2=MODEL_2,
     zero="rgba(60,60,60,0.55)",
@@ -73,6 +78,8 @@ DARK = Palette(
     baseline="#8f8f8f",
     training="rgba(190,190,190,0.18)",
     surrogate="#E29BC4",
+    band="rgba(110,190,205,0.26)",
+    band_edge="rgba(110,190,205,0.60)",
     model_1="#4AA8E0",
     model_2="#F0813A",
     zero="rgba(220,220,220,0.55)",

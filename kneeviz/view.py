@@ -16,7 +16,7 @@ from kneeviz.controls import (
 )
 from kneeviz.lesson import LearnTab
 from kneeviz.mechanism import Pose
-from kneeviz.plots import ApChart, CurveChart, ForceCharts, Markers, Shown
+from kneeviz.plots import ApChart, Band, CurveChart, ForceCharts, Markers, Shown
 from kneeviz.scene import KneeScene
 from kneeviz.state import KneeState
 
@@ -93,10 +93,12 @@ class View:
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
-    def show_legends(self, overlays: bool) -> None:
+    def show_legends(self, overlays: bool, band: Band | None) -> None:
         """Write the charts' keys."""
         colours = theme.palette(self.dark)
-        self.curve_legend.content = markup.legend(colours, overlays=overlays, curve=True)
+        self.curve_legend.content = markup.legend(
+            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+        )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = markup.legend(colours, overlays=overlays, curve=False)
 

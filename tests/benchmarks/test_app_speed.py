@@ -69,7 +69,7 @@ def is_ready(client):
 
 def angles(data):
     """The 12 angles of the visitor's knee in the chart's data, deg."""
-    curve = data[1 + 2 + (len(data) - 11) + 1]
+    curve = data[-7]  # before surrogate, two worst cases and three dots
     drawn = np.isfinite(curve)
     return np.interp(kneecore.MOMENT, data[0][drawn], curve[drawn])
 
@@ -171,7 +171,7 @@ RECORD = """uuid => {
   let last = null;
   addEventListener('mousemove', (e) => window.__moved.push([e.clientX, performance.now()]), true);
   chart.hooks.draw = [...(chart.hooks.draw ?? []), (u) => {
-    const n = u.data.length, own = u.data[3 + (n - 11) + 1];
+    const own = u.data[u.data.length - 7];
     const top = own[u.data[0].length - 2];   // the angle at +5 N m, whatever else is marked
     if (top !== last) { last = top; window.__drawn.push(performance.now()); }
   }];

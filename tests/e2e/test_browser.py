@@ -21,10 +21,8 @@ def chart(app):
 def current_angles(visitor, app):
     """The visitor's knee's angles at the 12 loads as the chart holds them, deg."""
     data = visitor.curve(chart(app))
-    n_training = len(data) - 1 - 2 - 5 - 3
-    points = [
-        (m, a) for m, a in zip(data[0], data[1 + 2 + n_training + 1], strict=True) if a is not None
-    ]
+    own = data[-7]  # before surrogate, two worst cases and three dots
+    points = [(m, a) for m, a in zip(data[0], own, strict=True) if a is not None]
     return np.interp(kneecore.MOMENT, *np.array(points).T)
 
 

@@ -100,6 +100,10 @@ def test_training_knees_join_the_key_of_the_curve_only():
     assert "training" in markup.legend(theme.LIGHT, overlays=False, curve=True)
     assert "training" not in markup.legend(theme.LIGHT, overlays=False, curve=False)
     assert "model 2" in markup.legend(theme.LIGHT, overlays=True, curve=False)
+    assert "99.7" not in markup.legend(theme.LIGHT, overlays=True, curve=True)
+    banded = markup.legend(theme.LIGHT, overlays=False, curve=True, band="2,000 samples")
+    assert "99.7 % band" in banded
+    assert "2,000 samples" in banded
 
 
 def test_error_line_tells_both_errors():

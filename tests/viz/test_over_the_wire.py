@@ -37,8 +37,7 @@ def curve(visitor, session):
 def current_curve(visitor, session):
     """The visitor's knee in the chart: (moments, angles) without what is not drawn."""
     data = curve(visitor, session)
-    n_training = len(data) - 1 - 2 - 5 - 3
-    angles = data[1 + 2 + n_training + 1]
+    angles = data[-7]  # before surrogate, two worst cases and three dots
     drawn = np.isfinite(angles)
     return data[0][drawn], angles[drawn]
 
