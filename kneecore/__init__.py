@@ -53,6 +53,8 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.study.influence import InfluenceResult as InfluenceResult
     from kneecore.study.influence import influence as influence
     from kneecore.study.influence import worst_case_slopes as worst_case_slopes
+    from kneecore.study.landscape import Landscape as Landscape
+    from kneecore.study.landscape import landscape as landscape
     from kneecore.study.monte_carlo import MonteCarloResult as MonteCarloResult
     from kneecore.study.monte_carlo import monte_carlo as monte_carlo
 
@@ -93,6 +95,8 @@ _HOME = {
     "InfluenceResult": "study.influence",
     "influence": "study.influence",
     "worst_case_slopes": "study.influence",
+    "Landscape": "study.landscape",
+    "landscape": "study.landscape",
     "MonteCarloResult": "study.monte_carlo",
     "monte_carlo": "study.monte_carlo",
 }

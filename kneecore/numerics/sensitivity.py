@@ -108,8 +108,8 @@ def _estimate(
         },
         n=len(rows),
     )
-    # SciPy drops the axis of a single output.
-    return np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)
+    shape = f_ab.shape[2], f_ab.shape[1]  # SciPy drops the axis of a single output or input
+    return np.reshape(found.first_order, shape), np.reshape(found.total_order, shape)
 
 
 def sobol_indices(

@@ -11,16 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 from kneecore import _cli
 from kneecore._space_options import File, Folder, SpaceOptions
 from kneecore.errors import KneecoreError
+from kneecore.study.document import INFLUENCE_FILE, STUDY_FILE, Study
 
 if TYPE_CHECKING:
     from kneecore.search.progress import Callback
-    from kneecore.search.result import SearchResult
-    from kneecore.study.comparison import Comparison
-    from kneecore.study.influence import InfluenceResult
-    from kneecore.study.monte_carlo import MonteCarloResult
 
 COMMAND = "python -m kneecore.uncertainty"
-STUDY_FILE = "uncertainty.json"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,34 +46,6 @@ class Options(SpaceOptions):
     """Print one JSON object and nothing else on stdout."""
     quiet: bool = False
     """Show no progress."""
-
-
-@dataclass
-class Study:
-    """What the command has computed so far."""
-
-    sampled: "MonteCarloResult"
-    worst: "SearchResult | None" = None
-    comparison: "Comparison | None" = None
-    influence: "InfluenceResult | None" = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as JSON-ready values: the samples' keys, and two objects or null."""
-        document = self.sampled.to_dict()
-        document["comparison"] = None if self.comparison is None else self.comparison.to_dict()
-        document["influence"] = None if self.influence is None else self.influence.to_dict()
-        return document
-
-    def report(self) -> str:
-        """Return everything as text."""
-        from kneecore.study.report import comparison_report
-
-        parts = [str(self.sampled)]
-        if self.comparison is not None:
-            parts.append(comparison_report(self.comparison))
-        if self.influence is not None:
-            parts.append(str(self.influence))
-        return "\n\n".join(parts)
 
 
 def _check(options: Options) -> None:
@@ -145,6 +113,8 @@ def _files(study: Study, *, figures: bool) -> Iterator[tuple[str, bytes]]:
         from kneecore.study.figures import render_study
 
         yield from render_study(study.sampled, study.influence, study.worst)
+    if study.influence is not None:
+        yield INFLUENCE_FILE, study.influence.to_csv().encode()
     yield STUDY_FILE, (json.dumps(study.to_dict(), allow_nan=False) + "\n").encode()
 
 

@@ -9,7 +9,7 @@ Examples
 """
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,13 +79,26 @@ class InfluenceResult:
         total = np.nan_to_num(self.indices.total_order[matches[0]])
         return [self.names[k] for k in np.argsort(-total, kind="stable")[:count]]
 
-    def answer(self, moment: float = 5.0) -> str:
-        """Return in one sentence what decides the angle at a load."""
+    def answer(self, moment: float = 5.0, *, label: Callable[[str], str] = str) -> str:
+        """Return in one sentence what decides the angle at a load.
+
+        Parameters
+        ----------
+        moment : float
+            One of the 12 moments, N m; extension positive.
+        label : callable
+            Gives the parameters other names.
+        """
         names = self.deciding(moment)
         load = int(np.argmin(np.abs(MOMENT - moment)))
+        if self.indices.constant[load]:
+            return f"At {moment:+g} N m the angle does not vary."
         share = sum(self.indices.first_order[load, self.names.index(n)] for n in names)
+        shown = [label(name) for name in names]
+        if len(shown) == 1:
+            return f"At {moment:+g} N m {shown[0]} alone varies, and decides the angle."
         return (
-            f"At {moment:+g} N m {', '.join(names[:-1])} and {names[-1]} decide the angle: alone "
+            f"At {moment:+g} N m {', '.join(shown[:-1])} and {shown[-1]} decide the angle: alone "
             f"they explain {100.0 * share:.0f} % of its variance."
         )
 
@@ -119,6 +132,30 @@ class InfluenceResult:
             "seconds": {k: round(v, 6) for k, v in self.seconds.items()},
             "threads": self.threads,
         }
+
+    def to_csv(self) -> str:
+        """Return the indices as CSV, one line for each load and parameter."""
+        lines = [
+            "moment_nm,parameter,first_order,first_lower,first_upper,"
+            "total_order,total_lower,total_upper"
+        ]
+        found = self.indices
+        unknown = np.full((2, *found.first_order.shape), np.nan)
+        first, total = (
+            unknown if both is None else both
+            for both in (found.first_order_interval, found.total_order_interval)
+        )
+        for k, moment in enumerate(MOMENT):
+            for j, name in enumerate(self.names):
+                row = (
+                    found.first_order[k, j],
+                    *first[:, k, j],
+                    found.total_order[k, j],
+                    *total[:, k, j],
+                )
+                cells = ["" if np.isnan(v) else f"{v:.6g}" for v in row]
+                lines.append(f"{moment:g},{name},{','.join(cells)}")
+        return "\n".join(lines) + "\n"
 
     def __str__(self) -> str:
         from kneecore.study.report import influence_report

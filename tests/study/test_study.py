@@ -134,8 +134,35 @@ def test_influence_of_the_knees_parameters(found):
     assert np.abs(found.groups["acl"][6:]).max() < 0.02
     assert np.abs(found.groups["mcl"][:6]).max() < 0.02
     assert "condyle_x" in found.answer()
+    assert "CONDYLE_X" in found.answer(label=str.upper)
     with pytest.raises(ParameterError, match="`moment` is 3"):
         found.deciding(3.0)
+
+
+def test_indices_as_csv(found):
+    lines = found.to_csv().splitlines()
+    assert len(lines) == 1 + 12 * 28
+    rows = [dict(zip(lines[0].split(","), line.split(","), strict=True)) for line in lines[1:]]
+    row = next(r for r in rows if (r["moment_nm"], r["parameter"]) == ("-2", "pcl_femur_y"))
+    load, k = kneecore.MOMENT.tolist().index(-2.0), found.names.index("pcl_femur_y")
+    indices = found.indices
+    for key, value in (
+        ("first_order", indices.first_order[load, k]),
+        ("total_order", indices.total_order[load, k]),
+        ("first_lower", indices.first_order_interval[0, load, k]),
+        ("total_upper", indices.total_order_interval[1, load, k]),
+    ):
+        assert float(row[key]) == pytest.approx(value, rel=1e-5)
+
+
+def test_the_answer_where_there_is_little_to_say():
+    names = dict.fromkeys(kneecore.NAMES, 0.0)
+    one = influence(
+        ParameterSpace(half_ranges=names | {"condyle_x": 1e-3}), n_base=16, intervals=False
+    )
+    assert one.answer() == "At +5 N m condyle_x alone varies, and decides the angle."
+    line = one.to_csv().splitlines()[1].split(",")
+    assert line[3:5] == ["", ""]
 
 
 def test_influence_agrees_with_the_slopes_at_the_baseline(found):
@@ -210,7 +237,7 @@ def test_the_command_writes_and_compares(capsys, tmp_path, worst):
     assert "outside of the 99.7 % band" in out
     assert "decide the angle" in out
     names = sorted(p.name for p in (tmp_path / "study").iterdir())
-    assert len(names) == 7
+    assert len(names) == 8
     assert json.loads((tmp_path / "study" / "uncertainty.json").read_text())["comparison"]
     code, _, err = in_process(capsys, *arguments)
     assert code == 2

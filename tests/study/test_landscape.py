@@ -1,0 +1,123 @@
+"""The slice of the parameter space under two parameters."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kneecore import MOMENT, NAMES, ParameterError, ParameterSpace, fit_surrogate, simulate
+from kneecore.study.landscape import DEFICIT, READINGS, landscape, reading
+
+FIRST, SECOND = "condyle_x", "acl_stiffness"
+AT_FIRST, AT_SECOND = NAMES.index(FIRST), NAMES.index(SECOND)
+
+
+@pytest.fixture(scope="module")
+def space():
+    return ParameterSpace(geometry_bound_mm=0.7)
+
+
+@pytest.fixture(scope="module")
+def surrogate(space):
+    return fit_surrogate(space, seed=3)
+
+
+@pytest.fixture(scope="module")
+def x(space):
+    return space.from_unit(np.random.default_rng(5).random(len(NAMES)))
+
+
+@pytest.fixture(scope="module")
+def found(space, surrogate, x):
+    return landscape(x, (FIRST, SECOND), space=space, surrogate=surrogate, n_points=4)
+
+
+def test_every_grid_point_is_the_model_and_the_surrogate_there(found, space, surrogate, x):
+    for a in range(4):
+        for b in range(4):
+            knee = x.copy()
+            knee[AT_FIRST] = np.linspace(space.lower[AT_FIRST], space.upper[AT_FIRST], 4)[a]
+            knee[AT_SECOND] = np.linspace(space.lower[AT_SECOND], space.upper[AT_SECOND], 4)[b]
+            np.testing.assert_allclose(
+                found.model_deg[a, b], np.degrees(simulate(knee).flexion), atol=1e-9
+            )
+            np.testing.assert_allclose(
+                found.surrogate_deg[a, b], np.degrees(surrogate.predict(knee)), atol=1e-9
+            )
+    assert (found.n_models, found.n_failed) == (16, 0)
+
+
+def test_through_the_knees_own_values_runs_the_knees_own_angle(space, surrogate):
+    """The baseline lies in the middle of an odd grid."""
+    middle = landscape(
+        space.baseline, (SECOND, FIRST), space=space, surrogate=surrogate, n_points=3
+    )
+    own = np.degrees(simulate(space.baseline).flexion)
+    np.testing.assert_allclose(middle.model_deg[1, 1], own, atol=1e-9)
+    assert np.ptp(middle.model_deg[:, 1, 5]) < np.ptp(middle.model_deg[1, :, 5])
+
+
+def test_a_training_knee_lies_on_the_slice_through_itself(space, surrogate):
+    """There the surrogate is exact, so both sheets meet: the reason why they do not elsewhere."""
+    trained = surrogate.training_x[0]
+    around = landscape(trained, (FIRST, SECOND), space=space, surrogate=surrogate, n_points=2)
+    np.testing.assert_allclose(surrogate.predict(trained), surrogate.training_flexion[0], atol=1e-6)
+    assert np.abs(around.error("+5 N m")).max() > 1e-3
+
+
+@pytest.mark.parametrize("load", range(12))
+def test_readings_are_the_angles_at_the_loads(found, load):
+    name = f"{MOMENT[load]:+g} N m"
+    np.testing.assert_array_equal(found.reading(name), found.model_deg[..., load])
+    np.testing.assert_array_equal(
+        found.error(name), found.surrogate_deg[..., load] - found.model_deg[..., load]
+    )
+    assert name in READINGS
+
+
+def test_the_extension_deficit_is_what_is_missing_to_straight(found):
+    at_most = found.model_deg[..., int(np.argmax(MOMENT))]
+    shown = found.reading(DEFICIT)
+    np.testing.assert_array_equal(shown[at_most > 0], at_most[at_most > 0])
+    assert (shown[at_most <= 0] == 0.0).all()
+    angles = np.zeros((3, 12))
+    angles[:, 5] = (-4.0, 7.0, np.nan)
+    np.testing.assert_array_equal(reading(angles, DEFICIT), [0.0, 7.0, np.nan])
+
+
+def test_failed_models_are_counted_and_leave_holes():
+    wide = ParameterSpace(geometry_bound_mm=1.0, material_bound_percent=10.0)
+    found = landscape(
+        wide.baseline, ("acl_femur_x", "condyle_radius"), space=wide, n_points=3, threads=1
+    )
+    broken = found.model_deg.copy()
+    broken[0, 2] = np.nan
+    holed = replace(found, model_deg=broken)
+    assert (found.n_failed, holed.n_failed) == (0, 1)
+    assert np.isnan(holed.reading(DEFICIT)).sum() == 1
+    assert found.surrogate_deg is None
+    assert found.error(DEFICIT) is None
+
+
+@pytest.mark.parametrize(
+    ("names", "case"),
+    [
+        (("condyle_x", "condyle_x"), "both"),
+        (("condyle_x",), "both"),
+        (("condyle_x", "knee_cap"), "both"),
+        (("condyle_x", "acl_stiffness"), "geometry"),
+    ],
+)
+def test_two_different_free_parameters_are_needed(names, case):
+    space = ParameterSpace(case=case)
+    with pytest.raises(ParameterError, match="`names`"):
+        landscape(space.baseline, names, space=space)
+
+
+def test_other_bad_arguments(space):
+    with pytest.raises(ParameterError, match="`n_points`"):
+        landscape(space.baseline, (FIRST, SECOND), space=space, n_points=1)
+    with pytest.raises(ParameterError, match="`x`"):
+        landscape(np.tile(space.baseline, (2, 1)), (FIRST, SECOND), space=space)
+    with pytest.raises(ParameterError, match="`name`"):
+        reading(np.zeros(12), "+7 N m")
