@@ -28,6 +28,11 @@ class SpaceOptions:
     """Half-range of the plateau's slope, deg. Unset: the baseline's, 1 deg."""
     material_bound_percent: Percent = None
     """Half-range of the material parameters, per cent. Unset: the baseline's, 10 %."""
+    rest_length_bound_mm: Millimetres = None
+    """Half-range of the ligaments' rest lengths, mm: four more uncertain parameters, in every case.
+    Unset: the knee file's, and none in the packaged baseline."""
+    rest_length_bound_percent: Percent = None
+    """The same in per cent of the baseline's rest lengths; give one of the two."""
     baseline: File = None
     """A knee file (TOML) of your own: values, units, half-ranges, sources."""
     rest_length: Literal["recomputed", "fixed"] = "recomputed"
@@ -43,7 +48,13 @@ class SpaceOptions:
 
         bounds = {
             name: value
-            for name in ("geometry_bound_mm", "slope_bound_deg", "material_bound_percent")
+            for name in (
+                "geometry_bound_mm",
+                "slope_bound_deg",
+                "material_bound_percent",
+                "rest_length_bound_mm",
+                "rest_length_bound_percent",
+            )
             if (value := getattr(self, name)) is not None
         }
         if self.baseline is not None:

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore import units
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
-from kneecore.parameters import NAMES, STRUCTURE, Parameter, check_physical
+from kneecore.parameters import (
+    ALL_NAMES,
+    NAMES,
+    REST_LENGTH_NAMES,
+    STRUCTURE,
+    Parameter,
+    check_physical,
+    widened,
+)
 
 __all__ = ["Knee", "dump_knee", "packaged_knee", "parameter_table", "parse_knee", "read_knee"]
 
@@ -37,13 +45,13 @@ class Knee:
     note: str | None
     """What a reader of results must know about it."""
     baseline: FloatArray
-    """Baseline values, shape (28,), SI."""
+    """Baseline values, SI, shape (28,); (32,) if the file changes rest lengths."""
     half_ranges: FloatArray
-    """Half-ranges, shape (28,), SI."""
+    """Half-ranges, same shape, SI."""
     sources: tuple[str, ...]
     """Where each baseline value is from."""
     current: FloatArray | None
-    """A knee apart from the baseline, shape (28,), SI, or None."""
+    """A knee apart from the baseline, same shape, SI, or None."""
 
 
 def _number(where: str, value: Any) -> float:
@@ -121,7 +129,7 @@ def parse_knee(text: str) -> Knee:
         raise FileFormatError(f"`schema` is {document.get('schema')!r}; {SCHEMA!r} is allowed")
     _known("the file", document, _TOP_KEYS)
     table = _table("parameters", document.get("parameters", {}))
-    _known("parameters", table, NAMES)
+    _known("parameters", table, ALL_NAMES)
     missing = [name for name in NAMES if name not in table]
     if missing:
         raise FileFormatError(
@@ -129,16 +137,17 @@ def parse_knee(text: str) -> Knee:
             + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
             + "; all 28 are needed"
         )
-    rows = [_parameter(name, table[name]) for name in NAMES]
+    names, table = _with_rest_lengths(table, document.get("current", {}))
+    rows = [_parameter(name, table[name]) for name in names]
     factors, values, halves, sources = zip(*rows, strict=True)
     baseline = _possible(np.array(values), "parameters")
     current = None
     if "current" in document:
         current = baseline.copy()
         entries = _table("current", document["current"])
-        _known("current", entries, NAMES)
+        _known("current", entries, names)
         for name, value in entries.items():
-            index = NAMES.index(name)
+            index = names.index(name)
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
     note = _text("note", document["note"]) if "note" in document else None
@@ -154,6 +163,16 @@ def parse_knee(text: str) -> Knee:
         sources=sources,
         current=current,
     )
+
+
+def _with_rest_lengths(
+    table: Mapping[str, Any], current: Any
+) -> tuple[tuple[str, ...], Mapping[str, Any]]:
+    """Return the names to read and the table, rest lengths included if any is named."""
+    if not any(name in table or name in current for name in REST_LENGTH_NAMES):
+        return NAMES, table
+    unchanged = {"value": 0.0, "unit": "mm"}
+    return ALL_NAMES, dict.fromkeys(REST_LENGTH_NAMES, unchanged) | dict(table)
 
 
 def _possible(values: FloatArray, where: str) -> FloatArray:
@@ -208,7 +227,7 @@ def parameter_table() -> tuple[Parameter, ...]:
             half_range=float(knee.half_ranges[i]),
             source=knee.sources[i],
         )
-        for i, (name, group, kind, unit, meaning) in enumerate(STRUCTURE)
+        for i, (name, group, kind, unit, meaning) in enumerate(STRUCTURE[: len(NAMES)])
     )
 
 
@@ -225,8 +244,9 @@ def dump_knee(
 
     Parameters
     ----------
-    baseline, half_ranges, current : array_like, shape (28,)
-        SI values; `current` is a knee apart from the baseline.
+    baseline, half_ranges, current : array_like, shape (28,) or (32,)
+        SI values; `current` is a knee apart from the baseline. What the longest of them has more,
+        the others have as 0.
     sources : tuple of str, optional
         Where each baseline value is from.
     title, note : str, optional
@@ -235,19 +255,22 @@ def dump_knee(
     values = check_physical(baseline, "baseline")
     halves = np.asarray(half_ranges, dtype=np.float64)
     now = None if current is None else check_physical(current, "current")
+    width = max(len(a) for a in (values, halves, now) if a is not None)
+    values, halves = widened(values, width), widened(halves, width)
+    now = None if now is None else widened(now, width)
     document: dict[str, Any] = {"schema": SCHEMA, "title": title}
     if note:
         document["note"] = note
     document["parameters"] = {}
     document |= {} if now is None else {"current": {}}
-    for i, name in enumerate(NAMES):
+    for i, name in enumerate(ALL_NAMES[:width]):
         numbers = [values[i], halves[i]] + ([] if now is None else [now[i]])
         unit, shown = _in_a_lossless_unit(numbers, _DISPLAY_UNITS[name])
         document["parameters"][name] = {
             "value": shown[0],
             "unit": unit,
             "half_range": shown[1],
-            "source": sources[i] if sources else "",
+            "source": sources[i] if sources and i < len(sources) else "",
         }
         if now is not None:
             document["current"][name] = shown[2]

@@ -1,5 +1,9 @@
 """The 28 parameters of the knee: names, groups, units, and what values the mechanics can take.
 
+Four more may follow them, which the paper leaves out: how much longer (or, negative, shorter) than
+in the load-free pose each ligament is at rest. A vector has 28 entries, or 32 with these; without
+them they are zero.
+
 Lengths are in m, angles in rad, stiffnesses in N/m^2, moduli in Pa: SI inside, other units only at
 the border (files, command line, screen). The order of the table is the order of every vector. The
 values, half-ranges and sources are in the packaged ``baseline.toml`` (see `kneecore.knee_file`).
@@ -14,7 +18,17 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore import units
 from kneecore.errors import ParameterError
 
-__all__ = ["LIGAMENTS", "NAMES", "N_PARAMETERS", "Parameter", "check_physical", "display_values"]
+__all__ = [
+    "ALL_NAMES",
+    "LIGAMENTS",
+    "NAMES",
+    "N_PARAMETERS",
+    "REST_LENGTH_NAMES",
+    "Parameter",
+    "check_physical",
+    "display_values",
+    "widened",
+]
 
 LIGAMENTS = ("acl", "pcl", "mcl", "lcl")
 
@@ -30,7 +44,7 @@ class Parameter:
     group: str
     """acl, pcl, mcl, lcl, condyle, plateau or material."""
     kind: str
-    """geometry or material: what the cases of those names choose by."""
+    """geometry or material: what the cases of those names choose by; rest length: neither."""
     unit: str
     """Unit for people (mm, deg, N/mm^2, MPa, -)."""
     meaning: str
@@ -107,15 +121,27 @@ def _structure() -> tuple[tuple[str, str, str, str, str], ...]:
         ("youngs_modulus", "material", "material", "MPa", "Young's modulus of both cartilages"),
         ("poissons_ratio", "material", "material", "-", "Poisson's ratio of both cartilages"),
     ]
+    rows += [
+        (
+            f"{lig}_rest_length_change",
+            lig,
+            "rest length",
+            "mm",
+            f"what the {lig.upper()} is longer at rest than in the load-free pose",
+        )
+        for lig in LIGAMENTS
+    ]
     return tuple(rows)
 
 
 STRUCTURE = _structure()
-NAMES: tuple[str, ...] = tuple(row[0] for row in STRUCTURE)
+ALL_NAMES: tuple[str, ...] = tuple(row[0] for row in STRUCTURE)
+REST_LENGTH_NAMES = ALL_NAMES[-len(LIGAMENTS) :]
+NAMES: tuple[str, ...] = ALL_NAMES[: -len(LIGAMENTS)]
 N_PARAMETERS = len(NAMES)
 _UNITS = tuple(row[3] for row in STRUCTURE)
-_STIFFNESS = np.array([name.endswith("_stiffness") for name in NAMES])
-_POSITIVE = np.array([name in ("condyle_radius", "youngs_modulus") for name in NAMES])
+_STIFFNESS = np.array([name.endswith("_stiffness") for name in ALL_NAMES])
+_POSITIVE = np.array([name in ("condyle_radius", "youngs_modulus") for name in ALL_NAMES])
 _POISSON = NAMES.index("poissons_ratio")
 
 
@@ -127,13 +153,14 @@ def in_display_unit(index: int, value: float) -> str:
 
 def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:
     """Return (row, column, what is allowed) of the first value that the mechanics cannot take."""
+    width = values.shape[1]
     poisson = values[:, _POISSON]
     incompressible = np.zeros(values.shape, dtype=bool)
     incompressible[:, _POISSON] = (poisson <= -1.0) | (poisson >= 0.5)
     rules = (
         (~np.isfinite(values), "a finite number is allowed"),
-        (_STIFFNESS & (values < 0.0), "a stiffness of at least 0 is allowed"),
-        (_POSITIVE & (values <= 0.0), "a value above 0 is allowed"),
+        (_STIFFNESS[:width] & (values < 0.0), "a stiffness of at least 0 is allowed"),
+        (_POSITIVE[:width] & (values <= 0.0), "a value above 0 is allowed"),
         (incompressible, "a value above -1 and below 0.5 is allowed"),
     )
     for broken, allowed in rules:
@@ -144,12 +171,13 @@ def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:
 
 
 def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
-    """Return `values` as a 28-vector or an (n, 28) array, checked and copied.
+    """Return `values` as a vector of 28 (or 32) or an array of such rows, checked and copied.
 
     Parameters
     ----------
     values : array_like, shape (28,) or (n, 28)
-        Parameter values, SI, in the table's order.
+        Parameter values, SI, in the table's order; (32,) or (n, 32) with the changes of the rest
+        lengths.
     argument : str
         Name for the message.
 
@@ -167,10 +195,11 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
         raise ParameterError(
             f"`{argument}` is not an array of numbers; {N_PARAMETERS} numbers a model are allowed"
         ) from None
-    if array.ndim not in (1, 2) or array.shape[-1] != N_PARAMETERS:
+    if array.ndim not in (1, 2) or array.shape[-1] not in (N_PARAMETERS, len(ALL_NAMES)):
         raise ParameterError(
             f"`{argument}` has shape {array.shape}; "
             f"({N_PARAMETERS},) or (n, {N_PARAMETERS}) is allowed"
+            f" ({len(ALL_NAMES)} with the changes of the rest lengths)"
         )
     fault = _first_fault(np.atleast_2d(array))
     if fault is not None:
@@ -178,11 +207,33 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
         value = array[column] if array.ndim == 1 else array[row, column]
         where = "" if array.ndim == 1 else f"[{row}]"
         raise ParameterError(
-            f"`{argument}`{where}: `{NAMES[column]}` is {in_display_unit(column, value)}; {allowed}"
+            f"`{argument}`{where}: `{ALL_NAMES[column]}` is {in_display_unit(column, value)}; "
+            f"{allowed}"
         )
     return array
 
 
 def display_values(x: Sequence[float] | FloatArray) -> list[float]:
     """Return SI values as numbers in each parameter's display unit."""
-    return [float(v) / units.si_factor(u) for v, u in zip(x, _UNITS, strict=True)]
+    return [float(v) / units.si_factor(u) for v, u in zip(x, _UNITS[: len(x)], strict=True)]
+
+
+def widened(x: ArrayLike, width: int) -> FloatArray:
+    """Return knees, shape (..., 28) or (..., 32), with `width` entries: changes of 0 added.
+
+    Entries are cut off only if they are 0.
+
+    Raises
+    ------
+    ParameterError
+        If a rest length that is changed would be left out.
+    """
+    values = np.asarray(x, dtype=np.float64)
+    missing = width - values.shape[-1]
+    if missing > 0:
+        return np.concatenate([values, np.zeros((*values.shape[:-1], missing))], axis=-1)
+    if values[..., width:].any():
+        raise ParameterError(
+            "`x` changes rest lengths; the space has no rest lengths among its parameters"
+        )
+    return values[..., :width]

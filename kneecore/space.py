@@ -22,7 +22,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ParameterError
 from kneecore.knee_file import dump_knee, packaged_knee, read_knee
-from kneecore.parameters import N_PARAMETERS, NAMES, STRUCTURE, check_physical
+from kneecore.parameters import (
+    ALL_NAMES,
+    N_PARAMETERS,
+    NAMES,
+    REST_LENGTH_NAMES,
+    STRUCTURE,
+    check_physical,
+    widened,
+)
 
 __all__ = ["CASES", "POISSON_LIMIT", "Case", "ParameterSpace"]
 
@@ -34,7 +42,9 @@ POISSON_LIMIT = 0.499
 FloatArray = NDArray[np.float64]
 
 _IS_GEOMETRY = np.array([row[2] == "geometry" for row in STRUCTURE])
-_IS_SLOPE = np.array([name == "plateau_slope" for name in NAMES])
+_IS_MATERIAL = np.array([row[2] == "material" for row in STRUCTURE])
+_IS_SLOPE = np.array([name == "plateau_slope" for name in ALL_NAMES])
+_CHANGES = slice(N_PARAMETERS, len(ALL_NAMES))
 _POISSON = NAMES.index("poissons_ratio")
 
 
@@ -76,10 +86,16 @@ class ParameterSpace:
     """Half-range of the plateau's slope, deg."""
     material_bound_percent: float = 10.0
     """Half-range of every material parameter, per cent of its baseline."""
+    rest_length_bound_mm: float = 0.0
+    """Half-range of every ligament's rest length, mm. Above 0 the four rest lengths are uncertain
+    parameters too, in every case: the space has 32 dimensions."""
+    rest_length_bound_percent: float = 0.0
+    """The same in per cent of the baseline's rest lengths; one of the two is given."""
     half_ranges: Mapping[str, float] | None = None
-    """Half-ranges (SI) by parameter name; they take the place of the three bounds above."""
+    """Half-ranges (SI) by parameter name; they take the place of the bounds above."""
     baseline: FloatArray = None  # type: ignore[assignment]
-    """Baseline knee, shape (28,), SI; the packaged one if not given."""
+    """Baseline knee, shape (28,), SI; the packaged one if not given. (32,) with changes of the rest
+    lengths."""
     title: str = "Packaged baseline"
     """Name of the baseline, for reports."""
     note: str | None = None
@@ -88,11 +104,11 @@ class ParameterSpace:
     """Where each baseline value is from; the packaged ones for the packaged baseline."""
 
     lower: FloatArray = field(init=False, repr=False)
-    """Lower bounds, shape (28,), SI."""
+    """Lower bounds, shape (28,) or (32,), SI."""
     upper: FloatArray = field(init=False, repr=False)
-    """Upper bounds, shape (28,), SI; Poisson's ratio is clipped to 0.499."""
+    """Upper bounds, same shape, SI; Poisson's ratio is clipped to 0.499."""
     free: NDArray[np.bool_] = field(init=False, repr=False)
-    """Which parameters vary, shape (28,)."""
+    """Which parameters vary, same shape."""
 
     def __post_init__(self) -> None:
         if self.case not in CASES:
@@ -103,14 +119,18 @@ class ParameterSpace:
         centre = check_physical(given, "baseline")
         if centre.ndim != 1:
             raise ParameterError(f"`baseline` has shape {centre.shape}; (28,) is allowed")
+        if self._has_rest_lengths(centre):
+            centre = widened(centre, len(ALL_NAMES))
         half = self._half_ranges_of(centre)
-        half[~self._varies()] = 0.0
+        half[~self._varies()[: len(centre)]] = 0.0
         lower, upper = centre - half, centre + half
         if upper[_POISSON] > POISSON_LIMIT and half[_POISSON] > 0.0:
             upper[_POISSON] = max(POISSON_LIMIT, centre[_POISSON])
         for name, bound in (("lower", lower), ("upper", upper)):
             try:
                 check_physical(bound, f"{name} bound")
+                if len(bound) > N_PARAMETERS:
+                    self._rest_lengths(np.concatenate([centre[:N_PARAMETERS], bound[_CHANGES]]))
             except ParameterError as error:
                 raise ParameterError(f"the bounds are too wide: {error}") from None
         free = upper > lower
@@ -133,19 +153,36 @@ class ParameterSpace:
             object.__setattr__(self, name, array)
 
     def _varies(self) -> NDArray[np.bool_]:
-        if self.case == "both":
-            return np.ones(N_PARAMETERS, dtype=bool)
-        return _IS_GEOMETRY if self.case == "geometry" else ~_IS_GEOMETRY
+        held = {"both": None, "geometry": _IS_MATERIAL, "material": _IS_GEOMETRY}[self.case]
+        return np.ones(len(ALL_NAMES), dtype=bool) if held is None else ~held
+
+    def _has_rest_lengths(self, centre: FloatArray) -> bool:
+        return (
+            max(self.rest_length_bound_mm, self.rest_length_bound_percent) > 0.0
+            or any(name in REST_LENGTH_NAMES for name in self.half_ranges or {})
+            or len(centre) > N_PARAMETERS
+        )
 
     def _half_ranges_of(self, centre: FloatArray) -> FloatArray:
+        n = len(centre)
         length = 1e-3 * self.geometry_bound_mm
-        slope = np.deg2rad(self.slope_bound_deg)
         share = 0.01 * self.material_bound_percent
-        half = np.where(_IS_GEOMETRY, length, share * np.abs(centre))
-        half[_IS_SLOPE] = slope
+        half = np.where(_IS_GEOMETRY[:n], length, share * np.abs(centre))
+        half[_IS_SLOPE[:n]] = np.deg2rad(self.slope_bound_deg)
+        if n > N_PARAMETERS:
+            half[_CHANGES] = 1e-3 * self.rest_length_bound_mm
+            if self.rest_length_bound_percent > 0.0:
+                half[_CHANGES] = 0.01 * self.rest_length_bound_percent * self._rest_lengths(centre)
         for name, value in (self.half_ranges or {}).items():
-            half[NAMES.index(name)] = value
+            half[ALL_NAMES.index(name)] = value
         return half
+
+    @staticmethod
+    def _rest_lengths(x: FloatArray) -> FloatArray:
+        from kneecore.model.pose import constants, rest_lengths  # compiled where it is needed
+
+        lengths: FloatArray = rest_lengths(constants(x[None], x, False))[0]
+        return lengths
 
     def _check_bounds(self) -> None:
         """Check the bounds that were given, and keep them as plain floats."""
@@ -153,11 +190,19 @@ class ParameterSpace:
             ("geometry_bound_mm", "mm"),
             ("slope_bound_deg", "deg"),
             ("material_bound_percent", "%"),
+            ("rest_length_bound_mm", "mm"),
+            ("rest_length_bound_percent", "%"),
         ):
             object.__setattr__(self, name, _checked_bound(name, getattr(self, name), unit))
         if self.slope_bound_deg >= 90.0:
             raise ParameterError(
                 f"`slope_bound_deg` is {self.slope_bound_deg:g} deg; less than 90 is allowed"
+            )
+        if self.rest_length_bound_mm > 0.0 and self.rest_length_bound_percent > 0.0:
+            raise ParameterError(
+                f"`rest_length_bound_mm` is {self.rest_length_bound_mm:g} mm and "
+                f"`rest_length_bound_percent` is {self.rest_length_bound_percent:g} %; "
+                "one of the two is allowed"
             )
         if self.half_ranges is None:
             return
@@ -167,10 +212,10 @@ class ParameterSpace:
             )
         kept = {}
         for name, value in self.half_ranges.items():
-            if name not in NAMES:
+            if name not in ALL_NAMES:
                 raise ParameterError(
                     f"`half_ranges` names {name!r}; allowed are the parameters' names, "
-                    f"{NAMES[0]} to {NAMES[-1]}"
+                    f"{NAMES[0]} to {NAMES[-1]}, and {', '.join(REST_LENGTH_NAMES)}"
                 )
             kept[name] = _checked_bound(f"half_ranges[{name!r}]", value, "(SI)")
         object.__setattr__(self, "half_ranges", kept)
@@ -184,6 +229,8 @@ class ParameterSpace:
         geometry_bound_mm: float | None = None,
         slope_bound_deg: float | None = None,
         material_bound_percent: float | None = None,
+        rest_length_bound_mm: float | None = None,
+        rest_length_bound_percent: float | None = None,
     ) -> Self:
         """Return the space of a knee file; a bound that is given takes the place of the file's.
 
@@ -195,14 +242,17 @@ class ParameterSpace:
             As for the class.
         """
         knee = read_knee(path)
-        kept = dict(zip(NAMES, knee.half_ranges.tolist(), strict=True))
-        for name, is_geometry in zip(NAMES, _IS_GEOMETRY, strict=True):
-            if name == "plateau_slope":
-                given = slope_bound_deg
-            else:
-                given = geometry_bound_mm if is_geometry else material_bound_percent
-            if given is not None:
-                del kept[name]
+        in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
+        given = {
+            "geometry": geometry_bound_mm,
+            "material": material_bound_percent,
+            "rest length": in_percent if in_mm is None else in_mm,
+        }
+        kept = {}
+        for row, half in zip(STRUCTURE, knee.half_ranges.tolist(), strict=False):
+            bound = slope_bound_deg if row[0] == "plateau_slope" else given[row[2]]
+            if bound is None:
+                kept[row[0]] = half
         return cls(
             case=case,
             geometry_bound_mm=1.0 if geometry_bound_mm is None else geometry_bound_mm,
@@ -210,6 +260,8 @@ class ParameterSpace:
             material_bound_percent=10.0
             if material_bound_percent is None
             else material_bound_percent,
+            rest_length_bound_mm=0.0 if in_mm is None else in_mm,
+            rest_length_bound_percent=0.0 if in_percent is None else in_percent,
             half_ranges=kept,
             baseline=knee.baseline,
             title=knee.title,
@@ -219,8 +271,8 @@ class ParameterSpace:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the 28 parameters, in the order of every vector."""
-        return NAMES
+        """Names of the 28 (or 32) parameters, in the order of every vector."""
+        return ALL_NAMES[: len(self.lower)]
 
     @property
     def n_free(self) -> int:
@@ -228,21 +280,27 @@ class ParameterSpace:
         return int(np.count_nonzero(self.free))
 
     def to_unit(self, x: ArrayLike) -> FloatArray:
-        """Map SI values, shape (..., 28), to the unit cube; parameters that are held map to 0.5."""
-        values = _with_last_axis("x", x, N_PARAMETERS)
+        """Map SI values, shape (..., 28), to the unit cube; parameters that are held map to 0.5.
+
+        In a space of 32 dimensions, knees of 28 entries have unchanged rest lengths.
+        """
+        values = np.asarray(x, dtype=np.float64)
+        if values.ndim > 0 and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+            values = widened(values, len(self.lower))
+        values = _with_last_axis("x", values, len(self.lower))
         width = np.where(self.free, self.upper - self.lower, 1.0)
         return np.where(self.free, (values - self.lower) / width, 0.5)
 
     def from_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the unit cube, shape (..., 28), to SI values within the bounds."""
-        unit = _with_last_axis("u", u, N_PARAMETERS)
+        unit = _with_last_axis("u", u, len(self.lower))
         values = self.lower + unit * (self.upper - self.lower)
         return np.clip(values, self.lower, self.upper)
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the free parameters' unit cube, shape (..., n_free), to SI, (..., 28)."""
         unit = _with_last_axis("u", u, self.n_free)
-        full = np.full((*unit.shape[:-1], N_PARAMETERS), 0.5)
+        full = np.full((*unit.shape[:-1], len(self.lower)), 0.5)
         full[..., self.free] = unit
         return self.from_unit(full)
 

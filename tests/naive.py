@@ -146,8 +146,8 @@ class UnstableRunError(ArithmeticError):
 
 
 def as_knee(x: ArrayLike) -> Knee:
-    """Name the entries of a 28-vector, as plain floats (they are faster than NumPy's)."""
-    return Knee(*(float(value) for value in np.asarray(x, dtype=float)))
+    """Name the first 28 entries, as plain floats (they are faster than NumPy's)."""
+    return Knee(*(float(value) for value in np.asarray(x, dtype=float)[:28]))
 
 
 def ligaments(knee: Knee) -> tuple[Ligament, Ligament, Ligament, Ligament]:
@@ -245,13 +245,15 @@ def rest_lengths(
     """Rest lengths (4,) of ACL, PCL, MCL and LCL: their lengths in the load-free pose.
 
     With mode "recomputed" it is the knee's own pose, which is then strain-free; with "fixed" the
-    knee keeps the baseline's rest lengths.
+    knee keeps the baseline's rest lengths. Entries 28 to 31 of the knee, if there, are added.
     """
     if mode not in ("recomputed", "fixed"):
         raise ValueError(f"unknown rest-length mode {mode!r}")
     source = x if mode == "recomputed" else baseline
     (ox, oy), phi = load_free_pose(source, baseline)
-    return np.array([ligament_length(lig, ox, oy, phi) for lig in ligaments(as_knee(source))])
+    lengths = np.array([ligament_length(lig, ox, oy, phi) for lig in ligaments(as_knee(source))])
+    changes = np.asarray(x, dtype=float)[28:]
+    return lengths + changes if len(changes) else lengths
 
 
 def tibia_origin(state: State) -> tuple[float, float]:

@@ -32,7 +32,7 @@ from kneecore.model.forces import sin_cos
 from kneecore.model.pose import N_CONSTANTS, baseline_origin, pull_back
 from kneecore.model.potential import all_terms
 from kneecore.model.response import RestLength, prepare
-from kneecore.parameters import N_PARAMETERS, check_physical
+from kneecore.parameters import check_physical
 
 __all__ = ["flexion_gradient"]
 
@@ -170,14 +170,15 @@ def flexion_gradient(
     Parameters
     ----------
     x : array_like, shape (28,) or (n, 28)
-        Parameter values, SI.
+        Parameter values, SI; 32 with the changes of the rest lengths.
     baseline, rest_length, threads
         As for `simulate_batch`.
 
     Returns
     -------
     ndarray, shape (12, 28) or (n, 12, 28)
-        rad per SI unit; NaN for a knee that has lost its equilibrium at some load.
+        rad per SI unit (32 columns for knees of 32 entries); NaN for a knee that has lost its
+        equilibrium at some load.
 
     Raises
     ------
@@ -190,7 +191,7 @@ def flexion_gradient(
     centre = check_physical(packaged_knee().baseline if baseline is None else baseline, "baseline")
     poses, _ = equilibria(rows, threads)
     n_loads = poses.shape[1]
-    gradients = np.empty((len(many), n_loads, N_PARAMETERS))
+    gradients = np.empty((len(many), n_loads, many.shape[1]))
     each = np.eye(n_loads)[None]
     size = max(16, -(-len(many) // (4 * thread_count(threads))))
 

@@ -4,7 +4,7 @@ Load-free pose (the reconstruction's rule): the flexion is 54.79 deg, and the *b
 circle touches its line 8.1 mm behind the plateau point. A perturbed knee keeps that angle and that
 tibia, which then moves along its own plateau's normal until its own circle just touches its own
 line. Rest lengths are the distances between the attachments in that pose (``recomputed``) or those
-of the baseline (``fixed``).
+of the baseline (``fixed``), and what a knee of 32 entries adds to them.
 """
 
 import math
@@ -14,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._jit import inline, kernel
+from kneecore.errors import ParameterError
 from kneecore.model.forces import MASS_CENTRE_Y, THETA_0, contact_stiffness
+from kneecore.parameters import REST_LENGTH_NAMES
 
 STATION = -0.0081
 """Where the baseline's circle touches its line in the load-free pose, along the line, m."""
+CHANGES = 28
+"""First entry of a knee that changes a rest length, if it has 32."""
 _COS, _SIN = math.cos(THETA_0), -math.sin(THETA_0)  # of the tibia's turn phi = -THETA_0
 
 # Columns of a row of constants. Ligament i holds columns 6 i to 6 i + 5: femoral attachment (x, y),
@@ -49,7 +53,7 @@ def baseline_origin(baseline: FloatArray) -> tuple[float, float]:
 
 @kernel
 def _load_free_row(x: FloatArray, origin_x: float, origin_y: float, row: FloatArray) -> None:
-    """Fill `row` for the knee `x` (28,), its own rest lengths included."""
+    """Fill `row` for the knee `x` (28 or 32), with its own rest lengths, not yet changed."""
     slope = x[21]
     nx, ny = _turned(-math.sin(slope), math.cos(slope))
     px, py = _turned(x[19], x[20])
@@ -89,9 +93,11 @@ def _fill(models: FloatArray, baseline: FloatArray, fixed: bool, rows: FloatArra
     _load_free_row(baseline, origin_x, origin_y, own)
     for m in range(models.shape[0]):
         _load_free_row(models[m], origin_x, origin_y, rows[m])
-        if fixed:
-            for i in range(4):
+        for i in range(4):
+            if fixed:
                 rows[m, 6 * i + REST] = own[6 * i + REST]
+            if models.shape[1] > CHANGES:
+                rows[m, 6 * i + REST] += models[m, CHANGES + i]
 
 
 def constants(models: FloatArray, baseline: FloatArray, fixed: bool) -> FloatArray:
@@ -99,19 +105,31 @@ def constants(models: FloatArray, baseline: FloatArray, fixed: bool) -> FloatArr
 
     Parameters
     ----------
-    models : ndarray, shape (n, 28)
+    models : ndarray, shape (n, 28) or (n, 32)
         Checked parameter values, SI.
-    baseline : ndarray, shape (28,)
-        The knee that fixes the load-free pose.
+    baseline : ndarray, shape (28,) or (32,)
+        The knee that fixes the load-free pose; changes of its rest lengths are not looked at.
     fixed : bool
         Whether all models have the baseline's rest lengths.
 
     Returns
     -------
     ndarray, shape (n, 36)
+
+    Raises
+    ------
+    ParameterError
+        If a change leaves a rest length that is not above 0.
     """
     rows = np.empty((len(models), N_CONSTANTS))
     _fill(models, baseline, fixed, rows)
+    if models.shape[1] > CHANGES and (lengths := rest_lengths(rows)).min(initial=1.0) <= 0.0:
+        model, ligament = np.unravel_index(int(np.argmin(lengths)), lengths.shape)
+        change = models[model, CHANGES + ligament]
+        raise ParameterError(
+            f"`{REST_LENGTH_NAMES[ligament]}` is {1e3 * change:.6g} mm; more than "
+            f"{1e3 * (change - lengths[model, ligament]):.6g} mm is allowed"
+        )
     return rows
 
 
@@ -137,16 +155,16 @@ def pull_back(
 
     Parameters
     ----------
-    x : ndarray, shape (28,)
+    x : ndarray, shape (28,) or (32,)
     row : ndarray, shape (36,)
         The knee's constants.
     origin_x, origin_y : float
         What `baseline_origin` returns.
     fixed : bool
-        Whether the rest lengths are the baseline's, and so do not change.
+        Whether the rest lengths are the baseline's, and so do not move with the pose.
     by_constant : ndarray, shape (36,)
         Derivatives by columns 0 to 30 of the row; the others are taken for zero.
-    by_parameter : ndarray, shape (28,)
+    by_parameter : ndarray, shape (28,) or (32,)
         Gets the derivatives by the parameters.
     """
     slope, b, g = x[21], by_constant, by_parameter
@@ -157,9 +175,12 @@ def pull_back(
     for i in range(4):
         vx = vy = 0.0
         if not fixed:
-            share = b[6 * i + REST] / row[6 * i + REST]
-            vx = share * (row[6 * i] - row[START_X] - row[6 * i + 2])
-            vy = share * (row[6 * i + 1] - row[START_Y] - row[6 * i + 3])
+            away_x = row[6 * i] - row[START_X] - row[6 * i + 2]
+            away_y = row[6 * i + 1] - row[START_Y] - row[6 * i + 3]
+            share = b[6 * i + REST] / math.sqrt(away_x * away_x + away_y * away_y)
+            vx, vy = share * away_x, share * away_y
+        if x.shape[0] > CHANGES:
+            g[CHANGES + i] = b[6 * i + REST]
         g[4 * i] = b[6 * i] + vx
         g[4 * i + 1] = b[6 * i + 1] + vy
         g[4 * i + 2], g[4 * i + 3] = _turned_back(b[6 * i + 2] - vx, b[6 * i + 3] - vy)

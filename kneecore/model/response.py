@@ -220,8 +220,8 @@ def simulate_batch(
 
     Parameters
     ----------
-    X : array_like, shape (n, 28)
-        Parameter values, SI, in the table's order.
+    X : array_like, shape (n, 28) or (n, 32)
+        Parameter values, SI, in the table's order; 32 with the changes of the rest lengths.
     baseline : array_like, shape (28,), optional
         The knee that fixes the load-free pose; the packaged baseline for None.
     rest_length : {"recomputed", "fixed"}
@@ -279,7 +279,7 @@ def simulate(
     """
     checked = check_physical(x, "x")
     if checked.ndim != 1:
-        raise ParameterError(f"`x` has shape {checked.shape}; (28,) is allowed")
+        raise ParameterError(f"`x` has shape {checked.shape}; (28,) or (32,) is allowed")
     return simulate_batch(checked[None], baseline=baseline, rest_length=rest_length, solver=solver)[
         0
     ]

@@ -81,7 +81,7 @@ def trajectory(
         )
     checked = check_physical(x, "x")
     if checked.ndim != 1:
-        raise ParameterError(f"`x` has shape {checked.shape}; (28,) is allowed")
+        raise ParameterError(f"`x` has shape {checked.shape}; (28,) or (32,) is allowed")
     rows = prepare(checked, baseline, rest_length, "x")
     refinements = int(respond(rows)[2][0])
     if refinements < 0:

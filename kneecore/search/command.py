@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kneecore.numerics.genetic_options import GeneticOptions
+from kneecore.parameters import widened
 from kneecore.space import ParameterSpace
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 def needs_file(space: ParameterSpace) -> bool:
     """Tell whether a space can only be given as a knee file."""
     packaged = ParameterSpace()
-    own = not np.array_equal(space.baseline, packaged.baseline)
+    own = not np.array_equal(space.baseline, widened(packaged.baseline, len(space.baseline)))
     return own or space.half_ranges is not None or space.title != packaged.title
 
 
@@ -31,6 +32,8 @@ def command_line(result: "SearchResult") -> str:
             ("--geometry-bound-mm", space.geometry_bound_mm, 1.0),
             ("--slope-bound-deg", space.slope_bound_deg, 1.0),
             ("--material-bound-percent", space.material_bound_percent, 10.0),
+            ("--rest-length-bound-mm", space.rest_length_bound_mm, 0.0),
+            ("--rest-length-bound-percent", space.rest_length_bound_percent, 0.0),
         ]
     words += [
         ("--method", result.method, "ga"),

@@ -14,7 +14,7 @@ from kneecore._json import DIGITS, plain
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.model.response import MOMENT, Response, RestLength, Solver, status_text
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.parameters import LIGAMENTS, NAMES, check_physical
+from kneecore.parameters import ALL_NAMES, LIGAMENTS, N_PARAMETERS, NAMES, check_physical
 from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
 from kneecore.search.pair_search import Method, SearchSpace
@@ -40,7 +40,7 @@ _RESPONSE_FIELDS = (
 
 
 def _named(x: FloatArray) -> dict[str, float]:
-    return dict(zip(NAMES, x.tolist(), strict=True))
+    return dict(zip(ALL_NAMES[: len(x)], x.tolist(), strict=True))
 
 
 def to_document(result: SearchResult) -> dict[str, Any]:
@@ -66,7 +66,11 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "counts": dict(result.counts),
         "parameters": [_named(x) for x in result.x],
         "at_bounds": [
-            {n: ("upper" if s > 0 else "lower") for n, s in zip(NAMES, sides, strict=True) if s}
+            {
+                n: ("upper" if s > 0 else "lower")
+                for n, s in zip(space.names, sides, strict=True)
+                if s
+            }
             for sides in space.at_bounds(result.x)
         ],
         "moment_nm": MOMENT.tolist(),
@@ -100,6 +104,8 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "geometry_bound_mm": space.geometry_bound_mm,
         "slope_bound_deg": space.slope_bound_deg,
         "material_bound_percent": space.material_bound_percent,
+        "rest_length_bound_mm": space.rest_length_bound_mm,
+        "rest_length_bound_percent": space.rest_length_bound_percent,
         "half_ranges": dict(space.half_ranges) if space.half_ranges is not None else None,
         "sources": list(space.sources) if space.sources is not None else None,
         "lower": _named(space.lower),
@@ -236,9 +242,10 @@ def _lost_at(document: dict[str, Any], name: str) -> float:
 
 
 def _vector(table: dict[str, Any], where: str) -> FloatArray:
-    if set(table) != set(NAMES):
+    names = NAMES if len(table) == N_PARAMETERS else ALL_NAMES
+    if set(table) != set(names):
         raise FileFormatError(f"`{where}` must name the 28 parameters")
-    return _array([table[name] for name in NAMES], (len(NAMES),), where)
+    return _array([table[name] for name in names], (len(names),), where)
 
 
 def _two_knees(sets: Any) -> FloatArray:
@@ -267,6 +274,9 @@ def _space(document: dict[str, Any]) -> ParameterSpace:
         geometry_bound_mm=baseline["geometry_bound_mm"],
         slope_bound_deg=baseline["slope_bound_deg"],
         material_bound_percent=baseline["material_bound_percent"],
+        # Results that were written before rest lengths could be uncertain have none.
+        rest_length_bound_mm=baseline.get("rest_length_bound_mm", 0.0),
+        rest_length_bound_percent=baseline.get("rest_length_bound_percent", 0.0),
         half_ranges=baseline["half_ranges"],
         sources=None if baseline["sources"] is None else tuple(map(str, baseline["sources"])),
         baseline=_vector(baseline["parameters"], "baseline.parameters"),
@@ -303,7 +313,7 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
         gap_percent=_number_or_none(document, "gap_percent"),
         training_x=None
         if training is None
-        else _array(training["parameters"], (n, len(NAMES)), "training.parameters"),
+        else _array(training["parameters"], (n, -1), "training.parameters"),
         training_flexion=None
         if training is None
         else np.radians(_array(training["flexion_deg"], (n, _N_LOADS), "training.flexion_deg")),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kneecore.model.forces import THETA_0
 from kneecore.model.response import MOMENT, Response
-from kneecore.parameters import LIGAMENTS, NAMES
+from kneecore.parameters import LIGAMENTS, N_PARAMETERS, NAMES
 
 if TYPE_CHECKING:
     from kneecore.search.result import SearchResult
@@ -96,7 +96,7 @@ def _moment_angle(result: "SearchResult") -> Figure:
 
 def _draw_geometry(axes: Axes, x: FloatArray, response: Response, name: str) -> None:
     """Draw circle, plateau line and ligaments at the load-free pose, femur frame, mm."""
-    value = dict(zip(NAMES, 1e3 * x, strict=True))
+    value = dict(zip(NAMES, 1e3 * x[:N_PARAMETERS], strict=True))
     style: dict[str, Any] = {"color": COLOURS[name], "linewidth": 1.4}
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(

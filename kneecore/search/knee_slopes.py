@@ -10,7 +10,6 @@ from kneecore.model.dynamics import flexion_of
 from kneecore.model.equilibrium import equilibria
 from kneecore.model.gradient import weighted_gradients
 from kneecore.model.response import RestLength, prepare
-from kneecore.parameters import N_PARAMETERS
 from kneecore.space import ParameterSpace
 
 __all__ = ["SettledKnee"]
@@ -39,7 +38,7 @@ class SettledKnee:
         x = space.from_free_unit(u)
         rows = prepare(x, space.baseline, self.rest_length)
         poses, lost_at = equilibria(rows, self.threads)
-        gradients = np.empty((len(x), 1, N_PARAMETERS))
+        gradients = np.empty((len(x), 1, x.shape[1]))
         fixed = self.rest_length == "fixed"
         centre = space.baseline.copy()  # a read-only array would be compiled for once more
         each = np.ascontiguousarray(weights[:, None, :])

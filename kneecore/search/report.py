@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from kneecore.model.response import MOMENT
-from kneecore.parameters import LIGAMENTS, NAMES, STRUCTURE, display_values
+from kneecore.parameters import LIGAMENTS, STRUCTURE, display_values
 from kneecore.search.command import needs_file
 from kneecore.tables import degrees, render, table
 
@@ -122,7 +122,7 @@ def _parameters(result: "SearchResult") -> Table:
     values = [display_values(x) for x in (result.space.baseline, *result.x)]
     sides = result.space.at_bounds(result.x)
     marks = {-1: " v", 0: "  ", 1: " ^"}
-    for i, name in enumerate(NAMES):
+    for i, name in enumerate(result.space.names):
         if not result.space.free[i]:
             continue
         row = [f"{values[0][i]:.3f}"]
@@ -133,7 +133,7 @@ def _parameters(result: "SearchResult") -> Table:
 
 def _footer(result: "SearchResult") -> str:
     counts, seconds = result.counts, result.seconds
-    held = len(NAMES) - result.space.n_free
+    held = len(result.space.names) - result.space.n_free
     lines = [f"Held at the baseline: {held} parameters."] if held else []
     if result.training_x is not None:
         error = "unknown (too few samples)"
