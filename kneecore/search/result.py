@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
@@ -34,10 +35,15 @@ LARGEST_EXTENSION = int(np.argmax(MOMENT))
 LARGEST_FLEXION = int(np.argmin(MOMENT))
 
 
+@cache
+def _installed() -> dict[str, str]:
+    # Read once: it takes milliseconds, a good part of a quick search.
+    return {name: version(name) for name in ("numpy", "scipy", "numba")}
+
+
 def versions() -> dict[str, str]:
     """Return the versions that a result's bytes depend on."""
-    found = {"kneecore": __version__, "python": platform.python_version()}
-    return found | {name: version(name) for name in ("numpy", "scipy", "numba")}
+    return {"kneecore": __version__, "python": platform.python_version()} | _installed()
 
 
 def _degrees(response: Response, load: int) -> float:

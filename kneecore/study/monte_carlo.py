@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError
-from kneecore.model.response import MOMENT, RestLength, simulate_batch
+from kneecore.model.response import MOMENT, RestLength, Solver, simulate_batch
 from kneecore.numerics.moments import Stream
 from kneecore.numerics.sampling import Sampling, batches, n_drawn
 from kneecore.search.progress import Callback, Progress
@@ -85,6 +85,10 @@ class MonteCarloResult:
     """Samples that needed a smaller time step."""
     n_unsettled: int
     """Samples, failed ones apart, not at rest at some load; they are in the statistics."""
+    solver: Solver = "dynamics"
+    """Which response was sampled: the motion over 23 s, or the knee at rest."""
+    n_lost: int = 0
+    """Failed samples that have no equilibrium to follow (`solver` "equilibrium")."""
     flexion_deg: Spread
     """Shape (12,)."""
     tension_n: Spread
@@ -110,6 +114,8 @@ class MonteCarloResult:
             "n_failed": self.n_failed,
             "n_refined": self.n_refined,
             "n_unsettled": self.n_unsettled,
+            "n_lost": self.n_lost,
+            "solver": self.solver,
             "moment_nm": MOMENT.tolist(),
             "mean_deg": flexion["mean"],
             "sd_deg": flexion["sd"],
@@ -155,6 +161,7 @@ def monte_carlo(
     sampling: Sampling = "uniform",
     seed: int = 0,
     rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
     threads: int | None = None,
     angles_deg: ArrayLike | None = None,
     callback: Callback | None = None,
@@ -171,8 +178,8 @@ def monte_carlo(
         How the points are drawn.
     seed : int
         The same seed gives the same numbers on any number of threads.
-    rest_length, threads
-        As for `simulate_batch`.
+    rest_length, solver, threads
+        As for `simulate_batch`; a knee without an equilibrium is a failure.
     angles_deg : array_like, shape (k, 12), optional
         Angles whose place in the sampled distribution is wanted, such as a worst case's.
     callback : callable, optional
@@ -191,7 +198,7 @@ def monte_carlo(
     streams = {name: Stream(total) for name, _, _ in QUANTITIES}
     marks = None if angles_deg is None else np.atleast_2d(np.array(angles_deg, dtype=np.float64))
     below = np.zeros((0, len(MOMENT)) if marks is None else marks.shape)
-    n_done = n_failed = n_refined = n_unsettled = 0
+    n_done = n_failed = n_refined = n_unsettled = n_lost = 0
     cancelled = False
     start = time.perf_counter()
     for unit in batches(total, space.n_free, seed, sampling=sampling, size=BATCH):
@@ -203,18 +210,21 @@ def monte_carlo(
             space.from_free_unit(unit),
             baseline=space.baseline,
             rest_length=rest_length,
+            solver=solver,
             threads=n_threads,
         )
-        good = ~batch.failed
+        lost = ~np.isnan(batch.lost_at)
+        good = ~(batch.failed | lost)
         for name, attribute, factor in QUANTITIES:
             streams[name].add(factor * getattr(batch, attribute)[good])
         if marks is not None:
             angles = np.degrees(batch.flexion[good])
             below += (angles[:, None] < marks[None]).sum(axis=0)
         n_done += len(unit)
-        n_failed += batch.n_failed
-        n_refined += int(np.count_nonzero(batch.refinements > 0))
-        n_unsettled += batch.n_unsettled
+        n_failed += int(np.count_nonzero(~good))
+        n_refined += int(np.count_nonzero(batch.refinements[good] > 0))
+        n_unsettled += int(np.count_nonzero(~batch.settled[good].all(axis=1)))
+        n_lost += int(np.count_nonzero(lost))
     if callback is not None and not cancelled:
         callback(Progress(stage="sampling", done=n_done, total=total))
     if n_done - n_failed < 2:
@@ -228,6 +238,8 @@ def monte_carlo(
         n_failed=n_failed,
         n_refined=n_refined,
         n_unsettled=n_unsettled,
+        solver=solver,
+        n_lost=n_lost,
         **{name: _spread(streams[name]) for name, _, _ in QUANTITIES},
         below=None if marks is None else below / (n_done - n_failed),
         stop_reason="cancelled" if cancelled else "all_samples",

@@ -91,6 +91,27 @@ def test_failed_samples_are_counted_and_left_out():
     assert f"{spread.n_failed} failed" in str(spread)
 
 
+def test_equilibria_are_sampled_as_they_are_simulated():
+    rest = monte_carlo(n_samples=400, seed=3, solver="equilibrium")
+    space = ParameterSpace()
+    batch = simulate_batch(space.from_unit(uniform(400, 28, 3)), solver="equilibrium")
+    low, high = np.percentile(np.degrees(batch.flexion), [0.15, 99.85], axis=0)
+    np.testing.assert_allclose(rest.flexion_deg.percentile_lower, low, rtol=1e-12)
+    np.testing.assert_allclose(rest.flexion_deg.percentile_upper, high, rtol=1e-12)
+    assert rest.n_failed == rest.n_lost == rest.n_unsettled == 0
+    assert rest.to_dict()["solver"] == "equilibrium"
+
+
+def test_knees_without_an_equilibrium_are_in_no_statistic():
+    wide = ParameterSpace(geometry_bound_mm=5.0)
+    rest = monte_carlo(wide, n_samples=400, seed=3, solver="equilibrium")
+    batch = simulate_batch(wide.from_unit(uniform(400, 28, 3)), solver="equilibrium")
+    kept = np.isnan(batch.lost_at)
+    assert rest.n_lost == rest.n_failed == np.count_nonzero(~kept) > 0
+    angles = np.degrees(batch.flexion[kept])
+    np.testing.assert_allclose(rest.flexion_deg.mean, angles.mean(axis=0), rtol=1e-12)
+
+
 def test_a_cancelled_study_keeps_what_is_done():
     part = monte_carlo(n_samples=10_000, callback=lambda report: report.done >= 4000)
     assert part.stop_reason == "cancelled"
