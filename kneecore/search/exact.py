@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from kneecore.errors import ModelError
 from kneecore.numerics.box_climb import Slopes, climb, polish
 from kneecore.numerics.sampling import check_count, check_seed
+from kneecore.search.cancelled import Cancelled
 
 __all__ = ["Evidence", "ExactPair", "ExactSettings", "Half", "climb_pair", "sign_patterns"]
 
@@ -148,16 +149,33 @@ def sign_patterns(weights: FloatArray, order: Sequence[int] | None = None) -> Fl
     return patterns
 
 
+class _Ended(Exception):
+    """The report has asked for the search's end."""
+
+
 class _Search:
     """The state of one search."""
 
     def __init__(
-        self, slopes: Slopes, n_dimensions: int, weights: FloatArray, settings: ExactSettings
+        self,
+        slopes: Slopes,
+        n_dimensions: int,
+        weights: FloatArray,
+        settings: ExactSettings,
+        report: Callable[[float], object] | None,
     ) -> None:
-        self.slopes, self.d, self.weights, self.settings = slopes, n_dimensions, weights, settings
+        self._slopes, self._report = slopes, report
+        self.d, self.weights, self.settings = n_dimensions, weights, settings
         self.rng = np.random.default_rng(settings.seed)
         self.n_evaluations = 0
         self.halves: list[tuple[FloatArray, Half, Half]] = []
+
+    def slopes(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        # Between any two batches: in wide bounds, where models lose their equilibrium, a single
+        # climb may take seconds.
+        if self._report is not None and self._report(self.best()):
+            raise _Ended
+        return self._slopes(u, w)
 
     def known(self, signs: FloatArray) -> bool:
         counts = self.weights != 0.0
@@ -184,7 +202,7 @@ class _Search:
             self.halves.append((pattern, halves[2 * k], halves[2 * k + 1]))
 
     def best(self) -> float:
-        return max(a.value + b.value for _, a, b in self.halves)
+        return max((a.value + b.value for _, a, b in self.halves), default=-np.inf)
 
     def near(self) -> list[Half]:
         """Return the halves of the patterns that are worth a closer look."""
@@ -284,30 +302,35 @@ def climb_pair(
         As for `sign_patterns`.
     settings : ExactSettings, optional
     report : callable, optional
-        Called with the best f so far; a true result ends the search with what it has.
+        Called before each batch of models with the best f so far, minus infinity before the first
+        climbs have ended; a true result ends the search with what it has.
 
     Raises
     ------
     ModelError
         If no model could be evaluated.
+    Cancelled
+        If `report` ended the search before there was a pair.
     """
     settings = settings or ExactSettings()
-    search = _Search(slopes, n_dimensions, weights, settings)
+    search = _Search(slopes, n_dimensions, weights, settings, report)
     starts = search.rng.random((settings.n_starts, n_dimensions))
-    search.begin(sign_patterns(weights, order), starts)
-    if not np.isfinite(search.best()):
-        raise ModelError("no model of the search could be evaluated: all of them failed")
-    for _ in range(4):
-        if report is not None and report(search.best()):
-            break
-        search.kick()
-        search.polish()
-        fresh = search.unclimbed()
-        if not fresh:
-            break
-        for signs, ends in fresh:
-            if not search.known(signs):
-                search.begin(signs[None], np.concatenate([ends, starts]))
+    try:
+        search.begin(sign_patterns(weights, order), starts)
+        if not np.isfinite(search.best()):
+            raise ModelError("no model of the search could be evaluated: all of them failed")
+        for _ in range(4):
+            search.kick()
+            search.polish()
+            fresh = search.unclimbed()
+            if not fresh:
+                break
+            for signs, ends in fresh:
+                if not search.known(signs):
+                    search.begin(signs[None], np.concatenate([ends, starts]))
+    except _Ended:
+        if not search.halves:
+            raise Cancelled from None
     ranked = sorted(search.halves, key=lambda h: -(h[1].value + h[2].value))
     _, a, b = ranked[0]
     return ExactPair(

@@ -97,7 +97,7 @@ def exact_worst_case(
     settings : ExactSettings, optional
         How much to look for; its seed is not used.
     report : callable, optional
-        Called now and then with the best f at rest so far; a true result ends the search.
+        As for `kneecore.search.exact.climb_pair`, with f at rest.
 
     Raises
     ------
@@ -105,6 +105,8 @@ def exact_worst_case(
         If an argument is not allowed.
     ModelError
         If no knee could be evaluated.
+    Cancelled
+        If `report` ended the search before there was a pair.
     """
     if solver not in ("dynamics", "equilibrium"):
         raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")

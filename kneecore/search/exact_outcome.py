@@ -44,9 +44,11 @@ class _Watch:
         self.cancelled = False
 
     def __call__(self, best: float) -> bool:
-        self.history.append(best)
+        known = bool(np.isfinite(best))
+        if known and (not self.history or best > self.history[-1]):
+            self.history.append(best)
         if self._callback is not None:
-            report = Progress(stage="search", done=0, total=1, best=best)
+            report = Progress(stage="search", done=0, total=1, best=best if known else None)
             self.cancelled = bool(self._callback(report))
         return self.cancelled
 

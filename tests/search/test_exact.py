@@ -8,6 +8,7 @@ import pytest
 from kneecore import MOMENT, ModelError, ParameterError, ParameterSpace, simulate_batch
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import ModelPair
+from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact import ExactSettings, climb_pair, sign_patterns
 from kneecore.search.exact_knee import ALONG_LOADS, exact_worst_case
 from kneecore.search.knee import KneeModel
@@ -212,18 +213,36 @@ def test_motion_knows_failures():
     assert climb_in_motion(outputs, found, np.ones(5)).value == pytest.approx(found.value)
 
 
-def test_a_report_can_end_the_search_early():
+def test_a_report_can_end_the_search_at_any_batch():
     seen = []
 
     def report(best):
         seen.append(best)
-        return True
+        return np.isfinite(best)
 
     found = exact_worst_case(solver="equilibrium", report=report)
     whole = exact_worst_case(solver="equilibrium")
-    assert len(seen) == 1
+    assert np.isfinite(seen).tolist() == [False] * (len(seen) - 1) + [True]
     assert found.evidence.n_evaluations < whole.evidence.n_evaluations
     assert found.objective <= whole.objective
+
+
+def test_a_search_that_is_ended_before_it_has_a_pair_is_cancelled():
+    seen = []
+
+    def second(best):
+        seen.append(best)
+        return len(seen) == 2
+
+    with pytest.raises(Cancelled):
+        exact_worst_case(solver="equilibrium", report=second)
+    assert len(seen) == 2  # within the first climbs, not after them
+
+
+def test_a_report_changes_nothing():
+    quiet = exact_worst_case(solver="equilibrium")
+    told = exact_worst_case(solver="equilibrium", report=lambda best: False)
+    assert quiet.u.tobytes() == told.u.tobytes()
 
 
 def test_refused():
