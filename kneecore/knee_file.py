@@ -213,9 +213,15 @@ def packaged_knee() -> Knee:
 
 
 @cache
-def parameter_table() -> tuple[Parameter, ...]:
-    """Return the 28 parameters, one row each, with the packaged baseline's values."""
+def parameter_table(*, rest_lengths: bool = False) -> tuple[Parameter, ...]:
+    """Return the 28 parameters, one row each, with the packaged baseline's values.
+
+    With `rest_lengths` the changes of the four rest lengths follow.
+    """
     knee = packaged_knee()
+    rows = STRUCTURE if rest_lengths else STRUCTURE[: len(NAMES)]
+    baseline, half_ranges = (widened(v, len(rows)) for v in (knee.baseline, knee.half_ranges))
+    sources = knee.sources + ("none: the paper leaves rest lengths out",) * len(REST_LENGTH_NAMES)
     return tuple(
         Parameter(
             name=name,
@@ -223,11 +229,11 @@ def parameter_table() -> tuple[Parameter, ...]:
             kind=kind,
             unit=unit,
             meaning=meaning,
-            baseline=float(knee.baseline[i]),
-            half_range=float(knee.half_ranges[i]),
-            source=knee.sources[i],
+            baseline=float(baseline[i]),
+            half_range=float(half_ranges[i]),
+            source=sources[i],
         )
-        for i, (name, group, kind, unit, meaning) in enumerate(STRUCTURE[: len(NAMES)])
+        for i, (name, group, kind, unit, meaning) in enumerate(rows)
     )
 
 

@@ -12,6 +12,8 @@ from kneeviz.state import PRESETS, KneeState, shown_bounds
 Post = Callable[[Hashable, Any], None]
 
 GROUPS = ("acl", "pcl", "mcl", "lcl", "condyle", "plateau", "material")
+REST = "rest lengths"
+"""The group of the four rest lengths: a parameter of each ligament, but seldom wanted."""
 MODES = {
     "Through the loads": "sweep",
     "In time, extending": "extension",
@@ -21,6 +23,9 @@ OWN_KNEE = "My own"
 BASELINE = "Baseline"
 RANDOM = "Random, within bounds"
 WORST = ("Worst case, model 1", "Worst case, model 2")
+
+
+_REST_HINT = "Held at 0 until the bounds let rest lengths vary (Rest, mm)."
 
 
 class Asked(NamedTuple):
@@ -87,7 +92,7 @@ def add_transport(gui: Any, post: Post) -> Transport:
 
 
 class KneeTab:
-    """Presets, the 28 sliders in their groups, and the bounds."""
+    """Presets, the sliders in their groups, and the bounds."""
 
     def __init__(self, gui: Any, post: Post, state: KneeState) -> None:
         self.preset = gui.add_dropdown(
@@ -101,12 +106,16 @@ class KneeTab:
         on_press(self.reset_all, post, "reset_all")
         self.sliders: list[Any] = []
         self.resets: dict[str, Any] = {}
-        for group in GROUPS:
+        for group in (*GROUPS, REST):
             self._add_group(gui, post, state, group)
         self._add_bounds(gui, post, state)
 
     def _add_group(self, gui: Any, post: Post, state: KneeState, group: str) -> None:
-        rows = [(i, r) for i, r in enumerate(parameter_table()) if r.group == group]
+        rows = [
+            (i, row)
+            for i, row in enumerate(parameter_table(rest_lengths=True))
+            if group == (REST if row.kind == "rest length" else row.group)
+        ]
         title = group.upper() if len(group) == 3 else group.capitalize()
         units = ", ".join(dict.fromkeys(r.unit for _, r in rows if r.unit != "-"))
         with gui.add_folder(
@@ -115,7 +124,9 @@ class KneeTab:
             for index, row in rows:
                 self.sliders.append(self._add_slider(gui, state, index, row))
                 on_value(self.sliders[-1], post, ("param", index))
-            self.resets[group] = gui.add_button(f"Reset {title}", color="gray")
+            self.resets[group] = gui.add_button(
+                f"Reset {title if len(group) == 3 else group}", color="gray"
+            )
             on_press(self.resets[group], post, ("reset_group", group))
 
     def _add_slider(self, gui: Any, state: KneeState, index: int, row: Any) -> Any:
@@ -129,11 +140,13 @@ class KneeTab:
             max=round(high, 6),
             step=step,
             initial_value=min(max(value, round(low, 6)), round(high, 6)),
-            hint=f"{row.meaning} ({unit}). Baseline: {row.source}.",
+            hint=f"{row.meaning} ({unit}). "
+            + (_REST_HINT if row.kind == "rest length" else f"Baseline: {row.source}."),
+            disabled=not state.is_free(index),
         )
 
     def _add_bounds(self, gui: Any, post: Post, state: KneeState) -> None:
-        geometry, slope, material = shown_bounds(state.knee)
+        geometry, slope, material, rest = shown_bounds(state.knee)
         with gui.add_folder("Bounds: how uncertain?", expand_by_default=False):
             self.case = gui.add_dropdown(
                 "Varies", CASES, initial_value="both", hint="Which parameters are uncertain at all."
@@ -162,6 +175,15 @@ class KneeTab:
                     max=50.0,
                     step=1.0,
                     hint="Half-range of stiffnesses, Young's modulus and Poisson's ratio.",
+                ),
+                "rest_length_mm": gui.add_number(
+                    "Rest, mm",
+                    initial_value=round(rest, 4),
+                    min=0.0,
+                    max=10.0,
+                    step=0.1,
+                    hint="Half-range of the four rest lengths. The paper leaves them out; above 0 "
+                    "they are uncertain too.",
                 ),
             }
             self.rest_length = gui.add_dropdown(

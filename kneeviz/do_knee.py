@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kneecore import Knee, KneecoreError, parameter_table
+from kneecore.parameters import widened
 from kneeviz import controls, markup, wire
 from kneeviz.do_result import show_result
-from kneeviz.state import PRESETS, preset_knee, random_knee, shown_bounds, with_bound
+from kneeviz.state import PRESETS, WIDTH, preset_knee, random_knee, shown_bounds, with_bound
 
 if TYPE_CHECKING:
     from kneeviz.session import Session
@@ -70,10 +71,10 @@ def _reset_all(session: "Session", _value: Any) -> None:
 
 
 def _reset_group(session: "Session", _value: Any, group: str) -> None:
-    x = np.array(session.state.x)
-    for i, row in enumerate(parameter_table()):
-        if row.group == group:
-            x[i] = session.state.space.baseline[i]
+    x, baseline = np.array(session.state.x), widened(session.state.space.baseline, WIDTH)
+    for i, row in enumerate(parameter_table(rest_lengths=True)):
+        if group == (controls.REST if row.kind == "rest length" else row.group):
+            x[i] = baseline[i]
     session.move_to(x)
     _name_knee(session, controls.OWN_KNEE)
 
@@ -106,7 +107,8 @@ def _refit(session: "Session", client_id: int | None) -> None:
 
 def _mirror_bounds(session: "Session") -> None:
     state, tab = session.state, session.view.knee
-    given = (state.bounds.geometry_mm, state.bounds.slope_deg, state.bounds.material_percent)
+    now = state.bounds
+    given = (now.geometry_mm, now.slope_deg, now.material_percent, now.rest_length_mm)
     for handle, value, own in zip(
         tab.bounds.values(), given, shown_bounds(state.knee), strict=True
     ):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import LIGAMENTS, NAMES, parameter_table
-from kneecore.parameters import display_values
+from kneecore.parameters import display_values, widened
 from kneeviz import theme
 from kneeviz.mechanism import TAUT_TENSION, Pose
 
@@ -236,11 +236,16 @@ def comparison(
     knees : sequence of (label, colour, x or None)
         The last is drawn on top.
     """
-    shown = [(label, colour, x) for label, colour, x in knees if x is not None]
+    n = len(space.lower)
+    shown = [
+        (label, colour, widened(x, max(n, len(x)))[:n])
+        for label, colour, x in knees
+        if x is not None
+    ]
     units = [(c, space.to_unit(x), display_values(x)) for _, c, x in shown]
     low, high = display_values(space.lower), display_values(space.upper)
     rows = []
-    for i, row in enumerate(parameter_table()):
+    for i, row in enumerate(parameter_table(rest_lengths=n > len(NAMES))):
         dots = "".join(_strip_dot(colour, float(u[i])) for colour, u, _ in units)
         digits = 3 if row.unit == "-" else precision
         values = " ".join(
@@ -275,7 +280,10 @@ def _short(name: str) -> str:
     words = name.split("_")
     lead = words[0].upper() if words[0] in LIGAMENTS else words[0].capitalize()
     return (
-        " ".join([lead, *words[1:]]).replace("Poissons", "Poisson's").replace("Youngs", "Young's")
+        " ".join([lead, *words[1:]])
+        .replace("Poissons", "Poisson's")
+        .replace("Youngs", "Young's")
+        .replace("rest length change", "rest length")
     )
 
 
@@ -287,7 +295,7 @@ def parameter_label(name: str) -> str:
 def bound_names(result: Any) -> str:
     """Return which parameters have the two models at opposite bounds."""
     sides = np.stack([result.space.at_bounds(x) for x in result.x]).astype(int)
-    opposite = [_short(NAMES[i]) for i in np.flatnonzero(sides[0] * sides[1] < 0)]
+    opposite = [_short(result.space.names[i]) for i in np.flatnonzero(sides[0] * sides[1] < 0)]
     if not opposite:
         return "No parameter lies at opposite bounds in the two."
     return f"At opposite bounds ({len(opposite)}): {', '.join(opposite)}."

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from kneecore import Knee, Trajectory
 from kneecore.model.forces import THETA_0
 from kneecore.model.pose import STATION
+from kneecore.parameters import widened
 from kneeviz import deeds, markup, series, wire
 from kneeviz.mechanism import Pose, tibia_at_contact
 from kneeviz.motion import pose_in_time
@@ -23,7 +24,7 @@ from kneeviz.notices import Notices
 from kneeviz.playback import FRAME_SECONDS, Playback
 from kneeviz.plots import Band, Markers, Shown
 from kneeviz.search_job import SearchJob
-from kneeviz.state import SCALE, KneeState, Solved, runs_in_time, training_curves
+from kneeviz.state import SCALE, WIDTH, KneeState, Solved, runs_in_time, training_curves
 from kneeviz.view import View
 from kneeviz.worker import Actions, Worker
 
@@ -173,7 +174,7 @@ class Session:
     def move_to(self, x: FloatArray) -> None:
         """Make `x` the visitor's knee; the one on screen turns into it."""
         shown = self.state.x if self.state.current is None else self.state.current.x
-        self.state.x = np.array(x, dtype=np.float64)
+        self.state.x = widened(x, WIDTH)
         if self.model_ready:
             self._morph = (np.array(shown), time.monotonic())
         self.mirror_sliders()
@@ -203,7 +204,7 @@ class Session:
             low, high = (round(edge, 6) for edge in self.state.slider_range(index))
             if (handle.min, handle.max) != (low, high):
                 handle.min, handle.max = low, high
-            handle.disabled = not bool(self.state.space.free[index])
+            handle.disabled = not self.state.is_free(index)
             value = self.slider_value(index)
             if handle.value != value:
                 handle.value = value

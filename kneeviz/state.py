@@ -19,6 +19,7 @@ from kneecore import (
     packaged_knee,
     parameter_table,
 )
+from kneecore.parameters import widened
 from kneecore.space import Case
 from kneeviz.motion import Sweep, sweep_of
 
@@ -26,9 +27,11 @@ FloatArray = NDArray[np.float64]
 
 RestLength = Any  # kneecore's literal: "recomputed" or "fixed"
 
-_TABLE = parameter_table()
-GEOMETRY = np.array([row.kind == "geometry" for row in _TABLE])
-SLOPE = np.array([row.name == "plateau_slope" for row in _TABLE])
+_TABLE = parameter_table(rest_lengths=True)
+WIDTH = len(_TABLE)
+"""Entries of the visitor's knee: the changes of its rest lengths are always among them."""
+GEOMETRY = np.array([row.kind == "geometry" for row in _TABLE[: len(NAMES)]])
+SLOPE = np.array([row.name == "plateau_slope" for row in _TABLE[: len(NAMES)]])
 SCALE = np.array([row.scale for row in _TABLE])
 TRAINING_SAMPLES = 50
 
@@ -41,14 +44,15 @@ class Bounds:
     geometry_mm: float | None = None
     slope_deg: float | None = None
     material_percent: float | None = None
+    rest_length_mm: float | None = None
     rest_length: RestLength = "recomputed"
 
     def space(self, knee: Knee) -> ParameterSpace:
         """Return the space around a knee file's baseline."""
-        given = (self.geometry_mm, self.slope_deg, self.material_percent)
-        geometry, slope, material = (
+        given = (self.geometry_mm, self.slope_deg, self.material_percent, self.rest_length_mm)
+        geometry, slope, material, rest = (
             default if value is None else value
-            for value, default in zip(given, (1.0, 1.0, 10.0), strict=True)
+            for value, default in zip(given, (1.0, 1.0, 10.0, 0.0), strict=True)
         )
         if knee is packaged_knee():  # then no file is needed to name the space
             return ParameterSpace(
@@ -56,10 +60,11 @@ class Bounds:
                 geometry_bound_mm=geometry,
                 slope_bound_deg=slope,
                 material_bound_percent=material,
+                rest_length_bound_mm=rest,
             )
         kept = {
-            name: float(knee.half_ranges[i])
-            for i, name in enumerate(NAMES)
+            row.name: float(half)
+            for i, (row, half) in enumerate(zip(_TABLE, knee.half_ranges, strict=False))
             if given[_bound_of(i)] is None
         }
         return ParameterSpace(
@@ -67,6 +72,7 @@ class Bounds:
             geometry_bound_mm=geometry,
             slope_bound_deg=slope,
             material_bound_percent=material,
+            rest_length_bound_mm=rest,
             half_ranges=kept,
             baseline=knee.baseline,
             title=knee.title,
@@ -75,20 +81,24 @@ class Bounds:
 
 
 def _bound_of(index: int) -> int:
+    if index >= len(NAMES):
+        return 3
     if not GEOMETRY[index]:
         return 2
     return 1 if SLOPE[index] else 0
 
 
-def shown_bounds(knee: Knee) -> tuple[float, float, float]:
-    """Return the largest half-ranges of a knee file: (mm, deg, % of the value)."""
-    half = np.asarray(knee.half_ranges)
-    size = np.maximum(np.abs(knee.baseline), 1e-30)
+def shown_bounds(knee: Knee) -> tuple[float, float, float, float]:
+    """Return the largest half-ranges of a knee file: (mm, deg, % of the value, mm at rest)."""
+    all_halves = widened(knee.half_ranges, WIDTH)
+    half, rest = all_halves[: len(NAMES)], all_halves[len(NAMES) :]
+    size = np.maximum(np.abs(knee.baseline[: len(NAMES)]), 1e-30)
     length = GEOMETRY & ~SLOPE
     return (
         float(1e3 * half[length].max()),
         float(np.degrees(half[SLOPE].max())),
         float(100.0 * (half / size)[~GEOMETRY].max()),
+        float(1e3 * rest.max()),
     )
 
 
@@ -110,7 +120,7 @@ class KneeState:
         self.bounds = Bounds()
         self.space = self.bounds.space(knee)
         start = knee.baseline if knee.current is None else knee.current
-        self.x: FloatArray = np.array(start, dtype=np.float64)
+        self.x: FloatArray = widened(start, WIDTH)
         self.baseline: Solved | None = None
         self.current: Solved | None = None
         self.surrogate: Any = None
@@ -121,7 +131,13 @@ class KneeState:
     @property
     def strain_free(self) -> bool:
         """Whether every knee is without load in the same pose."""
-        return bool(self.bounds.rest_length == "recomputed")
+        changed = self.x[len(NAMES) :].any() or len(self.space.lower) > len(NAMES)
+        return bool(self.bounds.rest_length == "recomputed" and not changed)
+
+    @property
+    def at_baseline(self) -> bool:
+        """Whether the visitor's knee is the baseline."""
+        return np.array_equal(self.x, widened(self.space.baseline, WIDTH))
 
     @property
     def result_is_stale(self) -> bool:
@@ -142,18 +158,23 @@ class KneeState:
             x, baseline=self.space.baseline, rest_length=self.bounds.rest_length
         )
         sweep = sweep_of(x, response, strain_free=self.strain_free)
-        return Solved(x=np.array(x), response=response, sweep=sweep)
+        return Solved(x=widened(x, WIDTH), response=response, sweep=sweep)
+
+    def predict(self, x: FloatArray) -> FloatArray | None:
+        """Return the surrogate's angles for `x`, or None where it knows nothing of it."""
+        beyond = x[len(self.space.lower) :].any()
+        return None if self.surrogate is None or beyond else self.surrogate.predict(x)
 
     def update(self, x: FloatArray) -> Solved:
         """Make `x` the visitor's knee, for the true model and the surrogate; return the answer.
 
         A knee whose model fails leaves the last good answer in `current`.
         """
-        self.x = np.array(x, dtype=np.float64)
+        self.x = widened(x, WIDTH)
         solved = self.solve(self.x)
         if solved.sweep is not None:
             self.current = solved
-        self.predicted = None if self.surrogate is None else self.surrogate.predict(self.x)
+        self.predicted = self.predict(self.x)
         return solved
 
     def preview(self, x: FloatArray) -> None:
@@ -161,7 +182,7 @@ class KneeState:
         solved = self.solve(x)
         if solved.sweep is not None:
             self.current = solved
-        self.predicted = None if self.surrogate is None else self.surrogate.predict(x)
+        self.predicted = self.predict(x)
 
     def set_bounds(self, bounds: Bounds) -> None:
         """Take other bounds; the visitor's knee is drawn into them.
@@ -173,7 +194,7 @@ class KneeState:
         """
         space = bounds.space(self.knee)
         self.bounds, self.space = bounds, space
-        self.x = np.clip(self.x, space.lower, space.upper)
+        self.x = np.clip(self.x, widened(space.lower, WIDTH), widened(space.upper, WIDTH))
         self.surrogate = self.predicted = None
 
     def set_knee(self, knee: Knee) -> None:
@@ -194,11 +215,11 @@ class KneeState:
             rest_length=self.bounds.rest_length,
             threads=1,
         )
-        self.predicted = self.surrogate.predict(self.x)
+        self.predicted = self.predict(self.x)
 
     def take_result(self, result: Any) -> None:
         """Keep a search's result and prepare its two knees for display."""
-        strain_free = result.rest_length == "recomputed"
+        strain_free = result.rest_length == "recomputed" and result.x.shape[1] == len(NAMES)
         worst = []
         for x, response in zip(result.x, (result.model_1, result.model_2), strict=True):
             sweep = sweep_of(x, response, strain_free=strain_free)
@@ -214,22 +235,29 @@ class KneeState:
     def slider_range(self, index: int) -> tuple[float, float]:
         """Return a slider's ends in the parameter's unit; they hold the present value too."""
         value, scale = float(self.x[index]), float(SCALE[index])
-        low, high = float(self.space.lower[index]), float(self.space.upper[index])
+        low, high = (
+            float(widened(edge, WIDTH)[index]) for edge in (self.space.lower, self.space.upper)
+        )
         if high - low < 1e-12 * scale:
             pad = 1e-3 * max(abs(value), scale)
             low, high = low - pad, high + pad
         return min(low, value) / scale, max(high, value) / scale
 
+    def is_free(self, index: int) -> bool:
+        """Tell whether the bounds let a parameter vary."""
+        return index < len(self.space.free) and bool(self.space.free[index])
+
     def knee_text(self) -> str:
         """Return the baseline, its half-ranges and the visitor's knee as a knee file."""
         # The lower side: Poisson's upper bound may have been clipped.
         half = self.space.baseline - self.space.lower
-        half = np.where(self.space.free, half, self.knee.half_ranges)
+        half = np.where(self.space.free, half, widened(self.knee.half_ranges, len(half)))
+        plain = not self.x[len(NAMES) :].any() and len(half) == len(NAMES)
         return kneecore.dump_knee(
             baseline=self.space.baseline,
             half_ranges=half,
             sources=self.knee.sources,
-            current=self.x,
+            current=self.x[: len(NAMES)] if plain else self.x,
             title=self.knee.title,
             note=self.knee.note,
         )
@@ -259,7 +287,7 @@ def preset_knee(name: str, space: ParameterSpace) -> FloatArray:
 
 def random_knee(space: ParameterSpace, rng: np.random.Generator) -> FloatArray:
     """Return a knee drawn uniformly from a space."""
-    return space.from_unit(rng.random(len(NAMES)))
+    return space.from_unit(rng.random(len(space.lower)))
 
 
 def with_bound(bounds: Bounds, name: str, value: Any) -> Bounds:

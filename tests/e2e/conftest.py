@@ -152,9 +152,9 @@ def visitor(shared_page: Visitor, app: App) -> Iterator[Visitor]:
     """The page, with the knee at the baseline and the motion paused."""
     session = app.session
     session.playback.play(False)
-    if not (session.state.x == session.state.space.baseline).all():
+    if not session.state.at_baseline:
         session.post("reset_all")
-        eventually(lambda: (session.state.x == session.state.space.baseline).all())
+        eventually(lambda: session.state.at_baseline)
         eventually(lambda: session._morph is None)
     shared_page.errors.clear()
     yield shared_page

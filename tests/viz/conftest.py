@@ -32,10 +32,10 @@ def app() -> Iterator[App]:
 def session(app: App) -> Session:
     """The shared session, back at the baseline and paused."""
     session = app.session
-    if not (session.state.x == session.state.space.baseline).all():
+    if not session.state.at_baseline:
         session.post("reset_all")
     session.post("reset_all")
-    eventually(lambda: (session.state.x == session.state.space.baseline).all())
+    eventually(lambda: session.state.at_baseline)
     eventually(lambda: session._morph is None)
     return session
 

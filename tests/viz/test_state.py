@@ -6,6 +6,7 @@ import pytest
 import kneecore
 from kneecore import NAMES, ParameterError, packaged_knee, parameter_table
 from kneecore.knee_file import parse_knee
+from kneecore.parameters import widened
 from kneeviz import state as st
 from kneeviz.state import Bounds, KneeState
 
@@ -40,12 +41,12 @@ class TestBounds:
         assert (given.upper - knee.baseline)[material] == pytest.approx(3.5e6)
 
     def test_the_widest_half_ranges_are_shown(self):
-        assert st.shown_bounds(own_knee()) == pytest.approx((2.5, 1.0, 10.0))
+        assert st.shown_bounds(own_knee()) == pytest.approx((2.5, 1.0, 10.0, 0.0))
 
     def test_other_bounds_draw_the_knee_into_them(self, state):
-        state.x = np.array(state.space.upper)
+        state.x = widened(state.space.upper, 32)
         state.set_bounds(Bounds(geometry_mm=0.2))
-        assert (state.x <= state.space.upper).all()
+        assert (state.x[:28] <= state.space.upper).all()
         assert state.surrogate is None
 
     def test_impossible_bounds_change_nothing(self, state):
@@ -81,8 +82,8 @@ class TestKnees:
     def test_a_preview_is_not_kept(self, state):
         state.update(state.x)
         state.preview(state.space.upper)
-        np.testing.assert_array_equal(state.x, state.space.baseline)
-        np.testing.assert_array_equal(state.current.x, state.space.upper)
+        np.testing.assert_array_equal(state.x[:28], state.space.baseline)
+        np.testing.assert_array_equal(state.current.x[:28], state.space.upper)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +95,7 @@ class TestResult:
     def test_its_knees_are_prepared_in_order(self, state, result):
         state.take_result(result)
         one, two = state.worst
-        np.testing.assert_array_equal(one.x, result.x[0])
+        np.testing.assert_array_equal(one.x[:28], result.x[0])
         assert one.sweep.at_moment(5.0).flexion < two.sweep.at_moment(5.0).flexion
 
     def test_it_is_stale_once_the_bounds_differ(self, state, result):
@@ -127,7 +128,7 @@ class TestSliderRange:
 
 class TestKneeFile:
     def test_baseline_and_current_values_come_back_apart_and_exactly(self, state):
-        state.x = st.random_knee(state.space, np.random.default_rng(1))
+        state.x = widened(st.random_knee(state.space, np.random.default_rng(1)), 32)
         again = KneeState(parse_knee(state.knee_text()))
         np.testing.assert_array_equal(again.x, state.x)
         np.testing.assert_array_equal(again.space.baseline, state.space.baseline)
@@ -152,4 +153,44 @@ class TestKneeFile:
 
 
 def test_scales_are_the_tables():
-    assert [row.scale for row in parameter_table()] == st.SCALE.tolist()
+    assert [row.scale for row in parameter_table(rest_lengths=True)] == st.SCALE.tolist()
+
+
+class TestRestLengths:
+    """The four that are uncertain only if they are asked for."""
+
+    def test_held_at_first(self, state):
+        assert state.strain_free
+        assert not any(state.is_free(i) for i in range(28, 32))
+        assert "rest_length_change" not in state.knee_text()
+
+    def test_a_bound_sets_them_free_and_no_bound_brings_them_back(self, state):
+        state.set_bounds(Bounds(rest_length_mm=1.0))
+        assert all(state.is_free(i) for i in range(28, 32))
+        assert state.slider_range(28) == pytest.approx((-1.0, 1.0))
+        assert not state.strain_free
+        state.update(st.random_knee(state.space, np.random.default_rng(2)))
+        assert state.x[28:].all()
+        again = KneeState(parse_knee(state.knee_text()))
+        np.testing.assert_array_equal(again.x, state.x)
+        np.testing.assert_allclose(again.space.upper, state.space.upper, rtol=1e-12)
+        state.set_bounds(Bounds())
+        assert not state.x[28:].any()
+        assert state.strain_free
+
+    def test_the_surrogate_knows_them_where_they_vary(self, state):
+        state.set_bounds(Bounds(rest_length_mm=1.0))
+        state.fit()
+        x = np.array(state.x)
+        before = state.predict(x)
+        x[28] = 1e-3
+        assert np.abs(state.predict(x) - before).max() > 1e-3
+
+    def test_a_knee_with_other_rest_lengths_has_no_prediction_where_they_are_held(self, state):
+        state.fit()
+        x = np.array(state.x)
+        x[28] = 1e-3
+        solved = state.update(x)
+        assert state.predicted is None
+        np.testing.assert_array_equal(solved.response.flexion, kneecore.simulate(x).flexion)
+        assert len(solved.sweep.moment) == 12
