@@ -35,6 +35,8 @@ class SpaceOptions:
     """The same in per cent of the baseline's rest lengths; give one of the two."""
     baseline: File = None
     """A knee file (TOML) of your own: values, units, half-ranges, sources."""
+    around: Literal["baseline", "current"] = "baseline"
+    """The knee in the middle of the bounds: the file's baseline, or its current knee."""
     rest_length: Literal["recomputed", "fixed"] = "recomputed"
     """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
     seed: int = 0
@@ -44,6 +46,7 @@ class SpaceOptions:
 
     def knees(self) -> "ParameterSpace":
         """Return the space; raises what `ParameterSpace` and `ParameterSpace.from_file` raise."""
+        from kneecore.errors import ParameterError
         from kneecore.space import ParameterSpace
 
         bounds = {
@@ -58,5 +61,11 @@ class SpaceOptions:
             if (value := getattr(self, name)) is not None
         }
         if self.baseline is not None:
-            return ParameterSpace.from_file(self.baseline, case=self.case, **bounds)
+            return ParameterSpace.from_file(
+                self.baseline, case=self.case, around=self.around, **bounds
+            )
+        if self.around != "baseline":
+            raise ParameterError(
+                f"`around` is {self.around!r}; it needs a `baseline` file with a current knee"
+            )
         return ParameterSpace(case=self.case, **bounds)

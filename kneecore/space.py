@@ -1,4 +1,4 @@
-"""The space that the uncertainty of the parameters spans: a box around the baseline knee.
+"""The space that the uncertainty of the parameters spans: a box around a knee.
 
 Examples
 --------
@@ -32,9 +32,10 @@ from kneecore.parameters import (
     widened,
 )
 
-__all__ = ["CASES", "POISSON_LIMIT", "Case", "ParameterSpace"]
+__all__ = ["CASES", "POISSON_LIMIT", "Around", "Case", "ParameterSpace"]
 
 Case = Literal["both", "geometry", "material"]
+Around = Literal["baseline", "current"]
 CASES: tuple[Case, ...] = get_args(Case)
 POISSON_LIMIT = 0.499
 """Upper bound of Poisson's ratio: at 0.5 the material is incompressible."""
@@ -59,6 +60,13 @@ def _checked_bound(name: str, value: float, unit: str) -> float:
     return number
 
 
+def _one_knee(name: str, values: ArrayLike) -> FloatArray:
+    knee = check_physical(values, name)
+    if knee.ndim != 1:
+        raise ParameterError(f"`{name}` has shape {knee.shape}; (28,) is allowed")
+    return knee
+
+
 def _with_last_axis(name: str, values: ArrayLike, size: int) -> FloatArray:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim == 0 or array.shape[-1] != size:
@@ -79,18 +87,18 @@ class ParameterSpace:
 
     case: Case = "both"
     """Which parameters vary: `both`, only the `geometry` or only the `material` (the four
-    stiffnesses, E and nu). The others are held at the baseline."""
+    stiffnesses, E and nu). The others are held at the centre."""
     geometry_bound_mm: float = 1.0
     """Half-range of every length and coordinate, mm."""
     slope_bound_deg: float = 1.0
     """Half-range of the plateau's slope, deg."""
     material_bound_percent: float = 10.0
-    """Half-range of every material parameter, per cent of its baseline."""
+    """Half-range of every material parameter, per cent of its value at the centre."""
     rest_length_bound_mm: float = 0.0
     """Half-range of every ligament's rest length, mm. Above 0 the four rest lengths are uncertain
     parameters too, in every case: the space has 32 dimensions."""
     rest_length_bound_percent: float = 0.0
-    """The same in per cent of the baseline's rest lengths; one of the two is given."""
+    """The same in per cent of the centre's rest lengths; one of the two is given."""
     half_ranges: Mapping[str, float] | None = None
     """Half-ranges (SI) by parameter name; they take the place of the bounds above."""
     baseline: FloatArray = None  # type: ignore[assignment]
@@ -102,6 +110,9 @@ class ParameterSpace:
     """What a reader of results must know about the baseline; the packaged one's for None."""
     sources: tuple[str, ...] | None = None
     """Where each baseline value is from; the packaged ones for the packaged baseline."""
+    centre: FloatArray = None  # type: ignore[assignment]
+    """The knee in the middle of the box, shape as the baseline's, SI; the baseline if not given. It
+    is still the baseline that fixes the load-free pose."""
 
     lower: FloatArray = field(init=False, repr=False)
     """Lower bounds, shape (28,) or (32,), SI."""
@@ -116,11 +127,10 @@ class ParameterSpace:
         self._check_bounds()
         packaged = packaged_knee()
         given = packaged.baseline if self.baseline is None else self.baseline
-        centre = check_physical(given, "baseline")
-        if centre.ndim != 1:
-            raise ParameterError(f"`baseline` has shape {centre.shape}; (28,) is allowed")
-        if self._has_rest_lengths(centre):
-            centre = widened(centre, len(ALL_NAMES))
+        baseline = _one_knee("baseline", given)
+        centre = baseline if self.centre is None else _one_knee("centre", self.centre)
+        if self._has_rest_lengths(baseline) or self._has_rest_lengths(centre):
+            baseline, centre = (widened(x, len(ALL_NAMES)) for x in (baseline, centre))
         half = self._half_ranges_of(centre)
         half[~self._varies()[: len(centre)]] = 0.0
         lower, upper = centre - half, centre + half
@@ -144,11 +154,13 @@ class ParameterSpace:
                 if getattr(self, name) is None:
                     object.__setattr__(self, name, value)
         for name, array in (
-            ("baseline", centre),
+            ("baseline", baseline),
+            ("centre", centre),
             ("lower", lower),
             ("upper", upper),
             ("free", free),
         ):
+            array = array.copy()  # the caller's, and the centre is often the baseline
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
@@ -226,6 +238,7 @@ class ParameterSpace:
         path: str | Path,
         *,
         case: Case = "both",
+        around: Around = "baseline",
         geometry_bound_mm: float | None = None,
         slope_bound_deg: float | None = None,
         material_bound_percent: float | None = None,
@@ -234,14 +247,23 @@ class ParameterSpace:
     ) -> Self:
         """Return the space of a knee file; a bound that is given takes the place of the file's.
 
+        `around` chooses the box's centre: the file's baseline or its current knee.
+
         Raises
         ------
         FileFormatError
             If the file cannot be read as a knee.
         ParameterError
-            As for the class.
+            As for the class, or if the file has no current knee to be around.
         """
         knee = read_knee(path)
+        if around not in get_args(Around):
+            raise ParameterError(f"`around` is {around!r}; 'baseline' or 'current' is allowed")
+        centre = knee.baseline if around == "baseline" else knee.current
+        if centre is None:
+            raise ParameterError(
+                f"`around` is 'current', and {path} has no [current] knee; 'baseline' is allowed"
+            )
         in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
         given = {
             "geometry": geometry_bound_mm,
@@ -267,6 +289,7 @@ class ParameterSpace:
             title=knee.title,
             note=knee.note,
             sources=knee.sources,
+            centre=centre,
         )
 
     @property
@@ -313,11 +336,21 @@ class ParameterSpace:
         side = np.where(unit <= tolerance, -1, np.where(unit >= 1.0 - tolerance, 1, 0))
         return np.where(self.free, side, 0).astype(np.int8)
 
+    @property
+    def is_around_baseline(self) -> bool:
+        """Whether the box is that around the baseline."""
+        return bool(np.array_equal(self.centre, self.baseline))
+
     def to_toml(self, current: ArrayLike | None = None) -> str:
-        """Return this space as a knee file's text, with `current` (28,) as its current knee."""
+        """Return this space as a knee file's text, with `current` (28,) as its current knee.
+
+        Without one, the centre is the current knee where it is not the baseline.
+        """
+        if current is None and not self.is_around_baseline:
+            current = self.centre
         return dump_knee(
             baseline=self.baseline,
-            half_ranges=self._half_ranges_of(self.baseline),
+            half_ranges=self._half_ranges_of(self.centre),
             sources=self.sources,
             current=current,
             title=self.title,

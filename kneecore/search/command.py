@@ -18,7 +18,12 @@ def needs_file(space: ParameterSpace) -> bool:
     """Tell whether a space can only be given as a knee file."""
     packaged = ParameterSpace()
     own = not np.array_equal(space.baseline, widened(packaged.baseline, len(space.baseline)))
-    return own or space.half_ranges is not None or space.title != packaged.title
+    return (
+        own
+        or not space.is_around_baseline
+        or space.half_ranges is not None
+        or space.title != packaged.title
+    )
 
 
 def command_line(result: "SearchResult") -> str:
@@ -27,6 +32,8 @@ def command_line(result: "SearchResult") -> str:
     words: list[tuple[str, object, object]] = [("--case", space.case, "both")]
     if needs_file(space):
         words.append(("--baseline", "knee.toml", None))
+        around = "baseline" if space.is_around_baseline else "current"
+        words.append(("--around", around, "baseline"))
     else:
         words += [
             ("--geometry-bound-mm", space.geometry_bound_mm, 1.0),

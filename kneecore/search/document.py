@@ -106,6 +106,7 @@ def to_document(result: SearchResult) -> dict[str, Any]:
         "material_bound_percent": space.material_bound_percent,
         "rest_length_bound_mm": space.rest_length_bound_mm,
         "rest_length_bound_percent": space.rest_length_bound_percent,
+        "centre": None if space.is_around_baseline else _named(space.centre),
         "half_ranges": dict(space.half_ranges) if space.half_ranges is not None else None,
         "sources": list(space.sources) if space.sources is not None else None,
         "lower": _named(space.lower),
@@ -282,6 +283,8 @@ def _space(document: dict[str, Any]) -> ParameterSpace:
         baseline=_vector(baseline["parameters"], "baseline.parameters"),
         title=str(baseline["title"]),
         note=baseline["note"],
+        # Results that were written before a box could be around another knee have none.
+        centre=_vector(baseline.get("centre") or baseline["parameters"], "baseline.centre"),
     )
 
 

@@ -76,6 +76,44 @@ def test_half_ranges_by_parameter_take_the_bounds_place():
     assert space.n_free == 27
 
 
+@pytest.mark.parametrize("case", ["both", "geometry", "material"])
+def test_a_box_around_another_knee(case):
+    centre = ParameterSpace().from_unit(np.linspace(0.1, 0.9, 28))
+    space = ParameterSpace(case=case, geometry_bound_mm=0.5, centre=centre)
+    own = ParameterSpace(case=case, geometry_bound_mm=0.5, baseline=centre)
+    np.testing.assert_array_equal(space.lower, own.lower)
+    np.testing.assert_array_equal(space.upper, own.upper)
+    np.testing.assert_array_equal(space.baseline, ParameterSpace().baseline)
+    np.testing.assert_array_equal(space.centre, centre)
+    assert not space.is_around_baseline
+    assert ParameterSpace(case=case).is_around_baseline
+
+
+def test_a_box_around_another_knee_goes_through_its_file(tmp_path):
+    centre = ParameterSpace().from_unit(np.linspace(0.1, 0.9, 28))
+    space = ParameterSpace(centre=centre, material_bound_percent=7.0)
+    path = tmp_path / "knee.toml"
+    path.write_text(space.to_toml())
+    again = ParameterSpace.from_file(path, around="current")
+    np.testing.assert_array_equal(again.centre, space.centre)
+    np.testing.assert_array_equal(again.baseline, space.baseline)
+    np.testing.assert_allclose(again.lower, space.lower, rtol=1e-15)
+    np.testing.assert_allclose(again.upper, space.upper, rtol=1e-15)
+    assert ParameterSpace.from_file(path).is_around_baseline
+    path.write_text(ParameterSpace().to_toml())
+    with pytest.raises(ParameterError, match=r"has no \[current\] knee"):
+        ParameterSpace.from_file(path, around="current")
+    with pytest.raises(ParameterError, match="`around` is 'mine'"):
+        ParameterSpace.from_file(path, around="mine")
+
+
+def test_rest_lengths_around_another_knee():
+    centre = ParameterSpace().from_unit(np.linspace(0.1, 0.9, 28))
+    space = ParameterSpace(centre=centre, rest_length_bound_mm=0.5)
+    assert len(space.centre) == len(space.baseline) == len(space.lower) == 32
+    np.testing.assert_allclose((space.upper - space.lower)[28:], 1e-3)
+
+
 def test_arrays_cannot_be_changed_by_accident():
     space = ParameterSpace()
     with pytest.raises(ValueError, match="read-only"):

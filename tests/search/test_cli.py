@@ -288,6 +288,12 @@ def test_a_reader_that_has_gone_is_no_error():
     assert "Traceback" not in done.stderr
 
 
+def test_bounds_around_a_current_knee_need_a_file(capsys):
+    code, _, err = in_process(capsys, "--around", "current", *SMALL)
+    assert code == 2
+    assert "`--around` is 'current'; it needs a `--baseline` file" in err
+
+
 def test_simulate_prints_the_baselines_table():
     done = run("simulate")
     assert done.returncode == 0

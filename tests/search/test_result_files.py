@@ -213,6 +213,27 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         SearchResult.load(tmp_path)
 
 
+def test_a_search_around_another_knee_is_repeated_from_its_files(tmp_path):
+    centre = ParameterSpace().from_unit(np.linspace(0.2, 0.8, 28))
+    space = ParameterSpace(centre=centre, geometry_bound_mm=0.6)
+    found = worst_case(space, method="exact", solver="equilibrium")
+    found.save(tmp_path, figures=False)
+    assert "--baseline knee.toml --around current" in found.command()
+    jsonschema.validate(json.loads(found.to_json()), SCHEMA)
+    loaded = SearchResult.load(tmp_path)
+    np.testing.assert_array_equal(loaded.space.centre, centre)
+    np.testing.assert_array_equal(loaded.space.lower, space.lower)
+    again = ParameterSpace.from_file(tmp_path / "knee.toml", around="current")
+    repeated = worst_case(again, method="exact", solver="equilibrium")
+    np.testing.assert_allclose(repeated.x, found.x, rtol=1e-12)
+    assert repeated.objective_model == pytest.approx(found.objective_model, rel=1e-12)
+    # The box is around another knee, the load-free pose is still the baseline's.
+    own = worst_case(
+        ParameterSpace(baseline=centre, geometry_bound_mm=0.6), method="exact", solver="equilibrium"
+    )
+    assert own.objective_model != pytest.approx(found.objective_model, rel=1e-6)
+
+
 def test_the_command_names_what_differs_from_the_defaults():
     short = worst_case(pop_size=20, n_generations=2, training_samples=30, seed=5)
     assert short.command() == (
