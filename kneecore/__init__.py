@@ -57,6 +57,8 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.study.landscape import landscape as landscape
     from kneecore.study.monte_carlo import MonteCarloResult as MonteCarloResult
     from kneecore.study.monte_carlo import monte_carlo as monte_carlo
+    from kneecore.study.paper.report import PaperReport as PaperReport
+    from kneecore.study.paper.report import redo_paper as redo_paper
 
 _HOME = {
     "FileFormatError": "errors",
@@ -99,6 +101,8 @@ _HOME = {
     "landscape": "study.landscape",
     "MonteCarloResult": "study.monte_carlo",
     "monte_carlo": "study.monte_carlo",
+    "PaperReport": "study.paper.report",
+    "redo_paper": "study.paper.report",
 }
 
 __all__ = ["__version__", *_HOME]

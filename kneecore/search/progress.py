@@ -9,7 +9,7 @@ class Progress:
     """One report of a running search."""
 
     stage: str
-    """`compile`, `sampling`, `fit`, `search` or `verify`."""
+    """`compile`, `sampling`, `fit`, `search`, `verify`, or a few words for people."""
     done: int
     """Work done in this stage (generations over all runs in `search`)."""
     total: int

@@ -63,19 +63,20 @@ class ProgressDisplay:
             self._bar.stop()
 
     def __call__(self, report: Progress) -> bool:
-        """Show a report."""
+        """Show a report; a stage without words of its own is its own description."""
+        told = _TOLD.get(report.stage, report.stage)
         if self._bar is not None:
             best = "" if report.best is None else f"f {report.best:.2f} deg"
             # A stage of unknown length pulses.
             total = report.total if report.total > 1 else None
             self._bar.update(
                 self._task,
-                description=_TOLD[report.stage],
+                description=told,
                 completed=report.done,
                 total=total,
                 best=best,
             )
         elif not self._quiet and report.stage not in self._told:
             self._told.add(report.stage)
-            print(f"{_TOLD[report.stage]} ...", file=sys.stderr, flush=True)
+            print(f"{told} ...", file=sys.stderr, flush=True)
         return False

@@ -1,0 +1,1 @@
+"""The paper redone and judged claim by claim. Public names are in `kneecore`."""

@@ -1,0 +1,381 @@
+"""The paper redone: claims, measures, verdicts, and the report as a reader gets it."""
+
+import base64
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from commands import called
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kneecore
+from kneecore import Cancelled, ParameterError, ParameterSpace, SearchResult, redo_paper
+from kneecore.study.paper.blocks import Heading, Paragraph, Table, to_html, to_markdown
+from kneecore.study.paper.claims import packaged_paper
+from kneecore.study.paper.cli import main
+from kneecore.study.paper.content import TIMES
+from kneecore.study.paper.figure_2 import ATTACHMENTS, geometry_changes
+from kneecore.study.paper.measures import MEASURES, ap_slopes
+from kneecore.study.paper.verdict import OUTCOMES, judge
+
+CLAIMS = packaged_paper().claims
+BY_ID = {claim.id: claim for claim in CLAIMS}
+
+
+@pytest.fixture(scope="module")
+def report():
+    return redo_paper(quick=True)
+
+
+@pytest.fixture(scope="module")
+def other_knee():
+    """A knee of another make: a looser PCL, further forward, on a flatter plateau."""
+    x = np.array(ParameterSpace().baseline)
+    for name, factor in (("pcl_stiffness", 0.4), ("pcl_femur_x", 0.5), ("plateau_slope", 0.5)):
+        x[kneecore.NAMES.index(name)] *= factor
+    return ParameterSpace(baseline=x, title="Another <knee> | *own*")
+
+
+@pytest.fixture(scope="module")
+def other(other_knee):
+    return redo_paper(other_knee, quick=True)
+
+
+# The list of claims
+
+
+def test_every_claim_can_be_judged_and_every_measure_is_used():
+    assert len(BY_ID) == len(CLAIMS)
+    assert {claim.measure for claim in CLAIMS} == set(MEASURES)
+    assert set(TIMES) <= set(BY_ID)
+    for claim in CLAIMS:
+        assert claim.evidence in ("fitted", "related", "not fitted")
+        assert claim.section
+        assert claim.statement
+        assert claim.paper
+        assert (claim.limit is None) == (claim.rule == "none")
+        assert (claim.tolerance is None) == (claim.rule != "within")
+        assert claim.note or claim.rule in ("among", "within")
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=BY_ID)
+def test_what_is_judged_is_what_the_table_shows_of_the_paper(claim):
+    """A claim with a number of the paper's is held against just that number."""
+    if claim.rule in ("among", "within"):
+        numbers = [float(n) for n in re.findall(r"-?\d+(?:\.\d+)?", claim.paper)]
+        assert not numbers or claim.limit in numbers
+
+
+# Verdicts
+
+
+@given(st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=6))
+def test_a_verdict_follows_its_rule_for_any_values(values):
+    low, high = min(values), max(values)
+    expected = {
+        "gap": low <= 4.0 <= high,
+        "flexion": low >= 117.0 and high <= 121.0,
+        "geometry_decides": low > 0.9,
+        "material_small": high < 0.2,
+    }
+    for name, agrees in expected.items():
+        assert judge(BY_ID[name], values).outcome == ("agrees" if agrees else "differs")
+
+
+@pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule != "none"], ids=lambda c: c.id)
+def test_each_judged_claim_can_agree_and_can_differ(claim):
+    values = np.concatenate([claim.limit + np.array([-1e3, 0.0, 1e3]), [claim.limit]])
+    assert {judge(claim, value).outcome for value in values} == {"agrees", "differs"}
+
+
+def test_what_failed_is_left_out_and_told():
+    claim = BY_ID["gap"]
+    some = judge(claim, [np.nan, 3.0, 5.0])
+    assert some.outcome == "agrees"
+    assert "1 of 3 searches ended in a failed model" in some.why
+    assert "2 seeds" in some.ours
+    none = judge(claim, [np.nan, np.inf])
+    assert none.outcome == "cannot be compared"
+    assert none.ours == "no value"
+    assert json.dumps(none.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule == "none"], ids=lambda c: c.id)
+def test_what_the_paper_does_not_tell_is_not_judged(claim):
+    assert judge(claim, 1.0).outcome == "cannot be compared"
+
+
+# Measures
+
+
+def test_contact_slopes_are_those_of_a_straight_line(report):
+    """Independent: a contact that moves by known slopes on either side of 54.79 deg."""
+    knee = report.experiments.main.baseline
+    angles = np.degrees(knee.flexion)
+    moved = np.where(angles < 54.79, -0.1, -0.4) * (angles - 54.79) - 8.1
+    made = dataclasses.replace(knee, ap_position=1e-3 * moved)
+    assert ap_slopes(made) == pytest.approx((-0.1, -0.4))
+
+
+def test_figure_2_sees_a_shift_along_and_across_the_plateau(report):
+    worst = report.experiments.main
+    along = np.radians(-54.79 + 9.0)  # the baseline's plateau in the load-free pose
+    for direction, expected in ((along, (1.0, 0.0)), (along + np.pi / 2.0, (0.0, 1.0))):
+        x = np.array([worst.space.baseline] * 2)
+        for axis, part in (("x", np.cos(direction)), ("y", np.sin(direction))):
+            x[0, kneecore.NAMES.index(f"acl_femur_{axis}")] += 1e-3 * part
+        x[1, kneecore.NAMES.index("lcl_stiffness")] *= 1.07
+        same = worst.baseline
+        moved, stiff = geometry_changes(dataclasses.replace(worst, x=x, model_1=same, model_2=same))
+        k = ATTACHMENTS.index("acl_femur")
+        assert (moved.along_mm[k], moved.across_mm[k]) == pytest.approx(expected, abs=1e-9)
+        assert np.delete(moved.along_mm, k) == pytest.approx(np.zeros(7), abs=1e-9)
+        assert np.flatnonzero(np.abs(moved.angle_deg) > 1e-9).tolist() == [0]
+        assert stiff.stiffness_percent == pytest.approx([0.0, 0.0, 0.0, 7.0])
+
+
+def test_a_ligament_turns_as_far_as_the_law_of_cosines_says(report):
+    """Independent: the angle between the two lines by their lengths and that of the gap."""
+    worst = report.experiments.main
+    x = np.array([worst.space.baseline] * 2)
+    x[0, kneecore.NAMES.index("mcl_femur_x")] += 2e-3
+    same = worst.baseline
+    turned, _ = geometry_changes(dataclasses.replace(worst, x=x, model_1=same, model_2=same))
+    before = same.rest_length[2]
+    after = kneecore.simulate(x[0]).rest_length[2]
+    cosine = (before**2 + after**2 - (2e-3) ** 2) / (2.0 * before * after)
+    assert abs(turned.angle_deg[2]) == pytest.approx(np.degrees(np.arccos(cosine)), rel=1e-4)
+
+
+def test_measures_tell_what_the_experiments_hold(report):
+    done = report.experiments
+    worst = done.main
+    assert MEASURES["baseline_flexion_deg"](done) == pytest.approx(118.986, abs=1e-3)
+    assert MEASURES["baseline_cruciate_force_n"](done) == pytest.approx(286.9, abs=0.1)
+    assert MEASURES["cruciates_cross"](done) == 1.0
+    ordered = np.count_nonzero(worst.model_1.flexion < worst.model_2.flexion)
+    assert MEASURES["loads_in_order"](done) == ordered
+    assert MEASURES["gap_percent"](done)[0] == worst.gap_percent
+    share = done.cases["material"].objective_model / worst.objective_model
+    assert MEASURES["material_share"](done) == share
+
+
+def test_a_failed_worst_case_makes_no_claim_agree(report):
+    done = report.experiments
+    nothing = {
+        field.name: np.full_like(value, np.nan)
+        for field in dataclasses.fields(done.main.model_1)
+        if isinstance(value := getattr(done.main.model_1, field.name), np.ndarray)
+        and value.dtype == np.float64
+        and field.name not in ("moment", "load_free_position", "rest_length")
+    }
+    failed = dataclasses.replace(done.main.model_1, refinements=-1, **nothing)
+    main_search = dataclasses.replace(
+        done.main, model_1=failed, objective_model=None, gap_percent=None
+    )
+    done = dataclasses.replace(done, cases={**done.cases, "both": main_search})
+    for name in ("over_extends", "small_forces", "order_kept", "geometry_decides"):
+        claim = BY_ID[name]
+        assert judge(claim, MEASURES[claim.measure](done)).outcome == "cannot be compared"
+
+
+# The report
+
+
+def test_a_quick_run_says_that_it_is_one(report):
+    assert report.quick
+    assert "preview" in report.markdown()
+    assert "Quick" in str(report)
+    assert all(verdict.outcome in OUTCOMES for verdict in report.verdicts)
+    times = [v for v in report.verdicts if v.claim.id.startswith("time_")]
+    assert times
+    assert all(v.ours == "no value" for v in times)  # of searches smaller than the claim names
+    assert [verdict.claim for verdict in report.verdicts] == list(CLAIMS)
+
+
+def test_the_reconstruction_and_both_machines_are_named(report):
+    for text in (report.markdown(), report.html()):
+        assert "reconstruction" in text.split("Verdicts")[0]
+        assert "6800H" in text
+        assert report.machine in text
+
+
+def test_another_knee_gets_other_verdicts(report, other):
+    """Nothing is written to agree: a knee that behaves otherwise is told so."""
+    outcomes = [[v.outcome for v in one.verdicts] for one in (report, other)]
+    assert outcomes[0] != outcomes[1]
+    changed = {c.id for c, a, b in zip(CLAIMS, *outcomes, strict=True) if a != b}
+    assert changed & {"flexion", "full_extension", "cruciate_force", "ap_slope"}
+
+
+def test_a_surrogates_value_never_stands_alone(report):
+    """Every search's row with a surrogate's f holds the true model's f as well."""
+    (searches,) = (
+        b for b in report.blocks if isinstance(b, Table) and "f surrogate, deg" in b.columns
+    )
+    columns = list(searches.columns)
+    predicted, true = columns.index("f surrogate, deg"), columns.index("f true model, deg")
+    assert len(searches.rows) == 3 + 2 + 2 + 2
+    for row in searches.rows:
+        assert row[predicted] == "-" or re.fullmatch(r"\d+\.\d\d|failed", row[true])
+
+
+def test_threads_change_no_verdict_but_those_on_times(report):
+    again = redo_paper(quick=True, threads=1)
+    for one, two in zip(report.verdicts, again.verdicts, strict=True):
+        if one.claim.id not in TIMES:
+            assert one.to_dict() == two.to_dict()
+
+
+def test_a_space_with_uncertain_rest_lengths_is_judged_too():
+    space = ParameterSpace(rest_length_bound_mm=0.5)
+    done = redo_paper(space, quick=True)
+    assert "the rest lengths by 0.5 mm" in done.markdown()
+    on_bounds = MEASURES["geometry_on_bounds_percent"](done.experiments)
+    assert 0.0 <= on_bounds <= 100.0
+
+
+class Page(HTMLParser):
+    """What a page is made of."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.images, self.links, self.open = [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if tag == "img":
+            self.images.append(attributes)
+        elif tag not in ("meta",):
+            self.open.append(tag)
+        self.links += [v for k, v in attributes.items() if k in ("src", "href")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_the_page_needs_no_other_file_and_is_well_formed(report):
+    page = Page(report.html())
+    assert page.open == []
+    assert len(page.images) == 7
+    assert all(link.startswith("data:image/png;base64,") for link in page.links)
+    for image in page.images:
+        content = base64.b64decode(image["src"].partition(",")[2], validate=True)
+        assert content.startswith(b"\x89PNG\r\n\x1a\n")
+        assert image["alt"]
+    assert "@import" not in report.html()
+    assert "url(" not in report.html()
+
+
+def test_a_title_of_ones_own_is_text_and_nothing_else(other):
+    assert "Another &lt;knee&gt; | *own*" in other.html()
+    assert r"Another \<knee\> \| \*own\*" in other.markdown()
+
+
+@given(st.text(st.characters(blacklist_categories=("Cs", "Cc")), min_size=1, max_size=30))
+def test_any_text_stays_in_its_cell(text):
+    blocks = [Heading(text), Paragraph(text), Table(("a", "b"), [(text, "agrees")], marked=1)]
+    row = to_markdown(blocks).rstrip("\n").splitlines()[-1]
+    assert len(re.findall(r"(?<!\\)(?:\\\\)*\|", row)) == 3
+    page = Page(to_html(text, blocks, {}))
+    assert page.open == []
+    assert page.images == []
+
+
+def test_progress_is_told_and_can_cancel():
+    told = []
+
+    def stop_in_the_true_model(progress):
+        told.append(progress)
+        return "true model" in progress.stage
+
+    with pytest.raises(Cancelled):
+        redo_paper(quick=True, callback=stop_in_the_true_model)
+    assert told[0].stage == "compile"
+    assert all(0 <= t.done < t.total for t in told)
+    assert [t.done for t in told] == sorted(t.done for t in told)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ({"space": "knee"}, "space"),
+        ({"seed": -1}, "seed"),
+        ({"threads": 0}, "threads"),
+    ],
+)
+def test_what_is_not_allowed_is_refused_at_once(arguments, named):
+    with pytest.raises(ParameterError, match=f"`{named}`"):
+        redo_paper(**arguments)
+
+
+# The command
+
+
+def test_the_command_writes_what_it_says(capsys, tmp_path):
+    folder = tmp_path / "paper"
+    code, out, err = called(capsys, main, "--quick", "--out", str(folder))
+    assert code == 0
+    assert "claims" in out
+    assert "files written" in err
+    written = {path.name for path in folder.iterdir()}
+    document = json.loads((folder / "paper.json").read_text())
+    assert len(document["claims"]) == len(CLAIMS)
+    assert document["quick"] is True
+    markdown = (folder / "paper.md").read_text()
+    pictures = set(re.findall(r"\]\(([^)]+\.png)\)", markdown))
+    assert len(pictures) == 7
+    assert pictures <= written
+    assert {name.replace(".png", ".svg") for name in pictures} <= written
+    assert (folder / "paper.html").stat().st_size > 100_000
+    for case in ("both", "geometry", "material"):
+        assert SearchResult.load(folder / f"result_{case}.json").case == case
+    assert not [name for name in written if name.endswith(".tmp")]
+
+    code, out, err = called(capsys, main, "--quick", "--out", str(folder))
+    assert code == 2
+    assert "--force" in err
+    assert out == ""
+
+
+def test_json_is_one_object_and_nothing_else(capsys, tmp_path, other_knee):
+    file = tmp_path / "knee.toml"
+    file.write_text(other_knee.to_toml())
+    code, out, err = called(
+        capsys, main, "--quick", "--json", "--quiet", "--baseline", str(file), "--seed", "3"
+    )
+    assert code == 0
+    assert err == ""
+    document = json.loads(out)
+    assert document["seed"] == 3
+    assert document["baseline"]["title"] == "Another <knee> | *own*"
+
+
+def test_an_unwritable_folder_is_one_line_before_anything_is_computed(capsys, tmp_path):
+    (tmp_path / "file").write_text("not a folder")
+    code, out, err = called(capsys, main, "--quick", "--out", str(tmp_path / "file"))
+    assert code == 2
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert "`--out`" in err
+
+
+def test_a_full_disk_takes_no_verdict_away(capsys, tmp_path, monkeypatch):
+    folder = tmp_path / "paper"
+
+    def full(*_arguments, **_options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    code, out, err = called(capsys, main, "--quick", "--quiet", "--out", str(folder))
+    assert code == 2
+    assert "claims" in out
+    assert len(err.splitlines()) == 1
+    assert "No space left" in err
+    assert list(folder.iterdir()) == []
