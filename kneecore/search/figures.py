@@ -5,7 +5,7 @@ model 1 blue, model 2 orange.
 """
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -188,19 +188,25 @@ FIGURE_FILES = tuple(f"{name}.{ending}" for name in _FIGURES for ending in ("png
 """Names of the files that `render_figures` gives."""
 
 
+_UNDATED: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": None}}
+"""Metadata of each kind of file that would change from run to run, left out."""
+
+
 def draw_figures(result: "SearchResult") -> dict[str, Figure]:
     """Return the four figures by file name (without an ending)."""
     with mpl.rc_context(STYLE):
         return {name: draw(result) for name, draw in _FIGURES.items()}
 
 
-def render(figures: dict[str, Figure]) -> Iterator[tuple[str, bytes]]:
+def render(
+    figures: Mapping[str, Figure], endings: Sequence[str] = tuple(_UNDATED)
+) -> Iterator[tuple[str, bytes]]:
     """Yield (file name, content) of each figure as PNG and as SVG; the bytes are reproducible."""
     for name, figure in figures.items():
-        for ending, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+        for ending in endings:
             buffer = io.BytesIO()
             with mpl.rc_context(STYLE):
-                figure.savefig(buffer, format=ending, metadata=metadata)
+                figure.savefig(buffer, format=ending, metadata=_UNDATED[ending])
             yield f"{name}.{ending}", buffer.getvalue()
 
 

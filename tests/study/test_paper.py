@@ -212,6 +212,12 @@ def test_another_knee_gets_other_verdicts(report, other):
     assert changed & {"flexion", "full_extension", "cruciate_force", "ap_slope"}
 
 
+def test_what_the_paper_leaves_open_is_answered(report):
+    answer = report.experiments.influence.answer(5.0)
+    assert answer in report.html().replace("&#x27;", "'")
+    assert report.experiments.influence.deciding(5.0, 1) == ["condyle_x"]
+
+
 def test_a_surrogates_value_never_stands_alone(report):
     """Every search's row with a surrogate's f holds the true model's f as well."""
     (searches,) = (
@@ -263,7 +269,7 @@ class Page(HTMLParser):
 def test_the_page_needs_no_other_file_and_is_well_formed(report):
     page = Page(report.html())
     assert page.open == []
-    assert len(page.images) == 7
+    assert len(page.images) == 8
     assert all(link.startswith("data:image/png;base64,") for link in page.links)
     for image in page.images:
         content = base64.b64decode(image["src"].partition(",")[2], validate=True)
@@ -273,8 +279,8 @@ def test_the_page_needs_no_other_file_and_is_well_formed(report):
     assert "url(" not in report.html()
 
 
-def test_a_title_of_ones_own_is_text_and_nothing_else(other):
-    assert "Another &lt;knee&gt; | *own*" in other.html()
+def test_a_title_of_ones_own_is_text_and_nothing_else(report, other):
+    assert "Another &lt;knee&gt; | *own*" in to_html("", other.blocks, report.pictures)
     assert r"Another \<knee\> \| \*own\*" in other.markdown()
 
 
@@ -330,10 +336,13 @@ def test_the_command_writes_what_it_says(capsys, tmp_path):
     assert document["quick"] is True
     markdown = (folder / "paper.md").read_text()
     pictures = set(re.findall(r"\]\(([^)]+\.png)\)", markdown))
-    assert len(pictures) == 7
+    assert len(pictures) == 8
     assert pictures <= written
     assert {name.replace(".png", ".svg") for name in pictures} <= written
     assert (folder / "paper.html").stat().st_size > 100_000
+    study = json.loads((folder / "uncertainty.json").read_text())
+    assert study["influence"]["parameters"]
+    assert study["comparison"]["excess_deg"]["model_1"]
     for case in ("both", "geometry", "material"):
         assert SearchResult.load(folder / f"result_{case}.json").case == case
     assert not [name for name in written if name.endswith(".tmp")]
@@ -344,9 +353,9 @@ def test_the_command_writes_what_it_says(capsys, tmp_path):
     assert out == ""
 
 
-def test_json_is_one_object_and_nothing_else(capsys, tmp_path, other_knee):
+def test_json_is_one_object_and_nothing_else(capsys, tmp_path):
     file = tmp_path / "knee.toml"
-    file.write_text(other_knee.to_toml())
+    file.write_text(ParameterSpace(title="My own").to_toml())
     code, out, err = called(
         capsys, main, "--quick", "--json", "--quiet", "--baseline", str(file), "--seed", "3"
     )
@@ -354,7 +363,7 @@ def test_json_is_one_object_and_nothing_else(capsys, tmp_path, other_knee):
     assert err == ""
     document = json.loads(out)
     assert document["seed"] == 3
-    assert document["baseline"]["title"] == "Another <knee> | *own*"
+    assert document["baseline"]["title"] == "My own"
 
 
 def test_an_unwritable_folder_is_one_line_before_anything_is_computed(capsys, tmp_path):

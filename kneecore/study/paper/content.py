@@ -10,7 +10,7 @@ from kneecore.search.result import SearchResult
 from kneecore.space import ParameterSpace
 from kneecore.study.paper.blocks import Block, Heading, Paragraph, Picture, Table
 from kneecore.study.paper.figure_2 import ATTACHMENTS, GeometryChange, geometry_changes
-from kneecore.study.paper.figures import CAPTIONS
+from kneecore.study.paper.figures import CAPTIONS, INFLUENCE_FIGURE
 from kneecore.study.paper.measures import ap_slopes
 from kneecore.study.paper.verdict import Verdict, shown
 
@@ -49,6 +49,7 @@ def report_blocks(report: "PaperReport") -> list[Block]:
         *_times(report),
         *_sampling(report),
         *_figures(report),
+        *_influence(report),
     ]
 
 
@@ -200,6 +201,8 @@ def _sampling(report: "PaperReport") -> list[Block]:
 def _figures(report: "PaperReport") -> list[Block]:
     blocks: list[Block] = [Heading("Figures")]
     for name, caption in CAPTIONS.items():
+        if name == INFLUENCE_FIGURE:
+            continue
         blocks.append(Picture(f"{name}.png", caption))
         if name == "figure_2_geometry":
             blocks += _figure_2(report.experiments.main)
@@ -273,3 +276,16 @@ def _figure_4(worst: SearchResult) -> list[Block]:
         rows.append((name.replace("_", " "), *cells))
     columns = ("knee", "before 54.79 deg, mm/deg", "beyond, mm/deg", "ratio")
     return [Heading("Figure 4 in numbers", level=3), Table(columns, rows)]
+
+
+def _influence(report: "PaperReport") -> list[Block]:
+    found = report.experiments.influence
+    return [
+        Heading("Which parameters decide"),
+        Paragraph(
+            "A worst case does not tell which parameters matter most. Sobol' indices of the true "
+            f"model do: {found.answer(5.0)} {found.answer(-5.0)} "
+            f"({found.indices.n_evaluations:,} models.)"
+        ),
+        Picture(f"{INFLUENCE_FIGURE}.png", CAPTIONS[INFLUENCE_FIGURE]),
+    ]

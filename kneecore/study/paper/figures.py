@@ -1,15 +1,16 @@
-"""The report's figures: the paper's four, the sampled band, and the supplement's two cases."""
+"""The report's figures: the paper's four, its supplement's two cases, the band, and influence."""
 
 from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
 from kneecore.search.figures import draw_figures
-from kneecore.study.figures import band_figure
+from kneecore.study.figures import band_figure, bars_figure
 from kneecore.study.paper.experiments import Experiments
 
-__all__ = ["CAPTIONS", "paper_figures"]
+__all__ = ["CAPTIONS", "INFLUENCE_FIGURE", "paper_figures"]
 
+INFLUENCE_FIGURE = "figure_influence"
 CAPTIONS: Mapping[str, str] = {
     "figure_1_moment_angle": "Figure 1. External moment against knee angle: the training knees of "
     "the surrogate, the baseline and the two worst cases, all by the true model.",
@@ -20,6 +21,7 @@ CAPTIONS: Mapping[str, str] = {
     "figure_4_ap_displacement": "Figure 4. Contact position on the plateau against knee angle.",
     "figure_s1_geometry_only": "Supplement. Moment against angle where only the geometry varies.",
     "figure_s2_material_only": "Supplement. Moment against angle where only the material varies.",
+    INFLUENCE_FIGURE: "Total Sobol' indices at the largest moments, with 95 % intervals.",
 }
 """File names without an ending, in the report's order, and what the figures show."""
 
@@ -28,6 +30,7 @@ def paper_figures(done: Experiments) -> dict[str, Figure]:
     """Return the figures by the names of `CAPTIONS`."""
     drawn = draw_figures(done.main)
     drawn["figure_1_band"] = band_figure(done.sampling, done.main)
+    drawn[INFLUENCE_FIGURE] = bars_figure(done.influence)
     for name, case in (
         ("figure_s1_geometry_only", "geometry"),
         ("figure_s2_material_only", "material"),

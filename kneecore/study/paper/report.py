@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from matplotlib.figure import Figure
 from rich.text import Text
 
 from kneecore import tables
@@ -24,6 +25,8 @@ from kneecore.numerics.sampling import check_seed
 from kneecore.search.figures import render
 from kneecore.search.progress import Callback
 from kneecore.space import ParameterSpace
+from kneecore.study.comparison import compare_with_sampling
+from kneecore.study.document import STUDY_FILE, Study
 from kneecore.study.paper.blocks import Block, to_html, to_markdown
 from kneecore.study.paper.claims import Paper, packaged_paper
 from kneecore.study.paper.content import report_blocks, verdict_sentences
@@ -68,9 +71,14 @@ class PaperReport:
         return report_blocks(self)
 
     @cached_property
+    def figures(self) -> dict[str, Figure]:
+        """The figures by file name without an ending; drawn when first asked for."""
+        return paper_figures(self.experiments)
+
+    @cached_property
     def pictures(self) -> dict[str, bytes]:
-        """The figures as PNG and SVG by file name; drawn when first asked for."""
-        return dict(render(paper_figures(self.experiments)))
+        """The figures as PNG by file name."""
+        return dict(render(self.figures, ("png",)))
 
     def markdown(self) -> str:
         """Return the report as Markdown; its figures are files beside it."""
@@ -109,11 +117,20 @@ class PaperReport:
         yield "paper.md", self.markdown().encode()
         yield "paper.html", self.html().encode()
         yield from self.pictures.items()
+        yield from render(self.figures, ("svg",))
         for case, run in self.experiments.cases.items():
             yield f"result_{case}.json", run.to_json().encode()
-        sampled = json.dumps(self.experiments.sampling.to_dict(), allow_nan=False)
-        yield "uncertainty.json", f"{sampled}\n".encode()
-        yield REPORT_FILE, f"{json.dumps(self.to_dict(), allow_nan=False)}\n".encode()
+        yield STUDY_FILE, _json(self._study().to_dict())
+        yield REPORT_FILE, _json(self.to_dict())
+
+    def _study(self) -> Study:
+        done = self.experiments
+        return Study(
+            sampled=done.sampling,
+            worst=done.main,
+            comparison=compare_with_sampling(done.main, done.sampling),
+            influence=done.influence,
+        )
 
     def __str__(self) -> str:
         rows = tables.table(
@@ -132,6 +149,10 @@ class PaperReport:
             + f"Baseline: {space.title}. {space.note or ''}".rstrip()
         )
         return tables.render([rows, Text(below)])
+
+
+def _json(document: dict[str, Any]) -> bytes:
+    return f"{json.dumps(document, allow_nan=False)}\n".encode()
 
 
 def redo_paper(
