@@ -155,12 +155,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     n_files = 0
     try:
         result, interrupted = _find(options)
+        if not interrupted:  # before the files: a full disk then costs no result
+            _cli.put(result.to_json().rstrip("\n") if options.json else str(result))
         n_files, interrupted = _save(options, result, interrupted=interrupted)
         if interrupted:
             return _tell_interrupted(options, result, n_files)
         if n_files and not options.quiet:
             print(f"{COMMAND}: {n_files} files written to {options.out}", file=sys.stderr)
-        _cli.put(result.to_json().rstrip("\n") if options.json else str(result))
     except KneecoreError as error:
         return _cli.fail(COMMAND, error, options, _NAMES)
     except (Cancelled, KeyboardInterrupt):

@@ -1,6 +1,5 @@
 """`python -m kneecore.uncertainty`: sampling and influence from a terminal."""
 
-import contextlib
 import json
 import sys
 import threading
@@ -67,7 +66,7 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
 
     from kneecore.search.cancelled import Cancelled
     from kneecore.search.result import SearchResult
-    from kneecore.study.comparison import compare_with_sampling
+    from kneecore.study.comparison import check_comparable, compare_with_sampling
     from kneecore.study.influence import influence
     from kneecore.study.monte_carlo import monte_carlo
 
@@ -76,6 +75,7 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
     _check(options)
     angles = None
     if worst is not None:
+        check_comparable(worst, space, options.rest_length)
         angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
 
     def callback(report: Any) -> object:
@@ -95,8 +95,8 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
     if worst is not None:
         study.comparison = compare_with_sampling(worst, sampled)
     if options.influence and not stop.is_set():
-        # Cancelled meanwhile: the samples are there and are worth keeping.
-        with contextlib.suppress(Cancelled):
+        # Cancelled or failed meanwhile: the samples are there and are worth keeping.
+        try:
             study.influence = influence(
                 space,
                 n_base=options.base_samples,
@@ -105,6 +105,10 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
                 threads=options.threads,
                 callback=callback,
             )
+        except Cancelled:
+            pass
+        except KneecoreError as error:
+            study.fault = error
     return study
 
 
@@ -138,10 +142,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             study, interrupted = _cli.run_cancellable(
                 lambda stop: _study(options, stop, show), COMMAND, show.close
             )
-        _save(options, study, figures=not interrupted)
-        if not interrupted:
+        if not interrupted:  # before the files: a full disk then costs no result
             document = study.to_dict()
             _cli.put(json.dumps(document, allow_nan=False) if options.json else study.report())
+        _save(options, study, figures=not interrupted)
+        if study.fault is not None:
+            raise study.fault
     except KneecoreError as error:
         return _cli.fail(COMMAND, error, options, {"folder": "--out"})
     except KeyboardInterrupt:

@@ -10,6 +10,7 @@ from kneecore._json import plain
 from kneecore.errors import ParameterError
 from kneecore.model.response import MOMENT
 from kneecore.search.result import SearchResult
+from kneecore.space import ParameterSpace
 from kneecore.study.monte_carlo import MonteCarloResult
 
 __all__ = ["Comparison", "compare_with_sampling"]
@@ -61,6 +62,18 @@ class Comparison:
         }
 
 
+def check_comparable(worst: SearchResult, space: ParameterSpace, rest_length: str) -> None:
+    """Raise a `ParameterError` if a worst case is of other bounds or rest lengths than samples."""
+    same = np.array_equal(worst.space.lower, space.lower) and np.array_equal(
+        worst.space.upper, space.upper
+    )
+    if not same or worst.rest_length != rest_length:
+        raise ParameterError(
+            "`result` and the samples have other bounds or rest lengths; the same are needed to "
+            "compare them"
+        )
+
+
 def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Comparison:
     """Hold a worst case against a Monte-Carlo study of the same bounds.
 
@@ -69,13 +82,7 @@ def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Compa
     ParameterError
         If the two were not made with the same bounds and rest lengths.
     """
-    same = np.array_equal(worst.space.lower, study.space.lower) and np.array_equal(
-        worst.space.upper, study.space.upper
-    )
-    if not same or worst.rest_length != study.rest_length:
-        raise ParameterError(
-            "`worst` and `study` have other bounds or rest lengths; the same are needed to compare"
-        )
+    check_comparable(worst, study.space, study.rest_length)
     angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
     lower, upper = study.flexion_deg.percentile_lower, study.flexion_deg.percentile_upper
     excess = np.maximum(np.maximum(lower - angles, angles - upper), 0.0)

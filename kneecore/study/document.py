@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kneecore.errors import KneecoreError
     from kneecore.search.result import SearchResult
     from kneecore.study.comparison import Comparison
     from kneecore.study.influence import InfluenceResult
@@ -21,6 +22,8 @@ class Study:
     worst: "SearchResult | None" = None
     comparison: "Comparison | None" = None
     influence: "InfluenceResult | None" = None
+    fault: "KneecoreError | None" = None
+    """Why there is no influence although it was asked for."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as JSON-ready values: the samples' keys, and two objects or null."""

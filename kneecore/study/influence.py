@@ -193,9 +193,9 @@ def influence(
     Raises
     ------
     ParameterError
-        If an argument is not allowed.
+        If an argument is not allowed, or no angle varies within the bounds.
     ModelError
-        If too many models failed, or no angle varies.
+        If too many models failed.
     """
     space = space or ParameterSpace()
     check_count("n_base", n_base)
@@ -220,7 +220,10 @@ def influence(
     except InterruptedError:
         raise Cancelled from None
     if found.constant.all():
-        raise ModelError("no angle varies within the bounds: there is nothing to explain")
+        raise ParameterError(
+            f"the bounds of the {space.n_free} free parameters move no angle; bounds that move at "
+            "least one are needed"
+        )
     return InfluenceResult(
         space=space,
         rest_length=rest_length,

@@ -40,8 +40,9 @@ def monte_carlo_report(study: "MonteCarloResult") -> str:
     for k in _ORDER:
         rows.add_row(f"{MOMENT[k]:+g}", *(f"{column[k]:.2f}" for column in columns))
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
+    drawn = "sobol, rounded up to a power of two" if study.sampling == "sobol" else study.sampling
     footer = (
-        f"{study.n_samples:,} samples{cut} ({study.sampling}, seed {study.seed}): "
+        f"{study.n_samples:,} samples{cut} ({drawn}, seed {study.seed}): "
         f"{study.n_failed} failed, {study.n_refined} refined, {study.n_unsettled} with an "
         f"unsettled load; {study.seconds['sampling']:.2f} s.\n"
         f"Baseline: {study.space.title}. {study.space.note or ''}"
@@ -79,8 +80,9 @@ def influence_report(found: "InfluenceResult", count: int = 10) -> str:
     used = found.indices
     parts.append(
         Text(
-            f"{used.n_base} base rows, {used.n_evaluations:,} models, {used.n_failed_rows} rows "
-            f"replaced since a model failed; {found.seconds['total']:.2f} s.\n"
+            f"{used.n_base} base rows (a power of two), {used.n_evaluations:,} models, "
+            f"{used.n_failed_rows} rows replaced since a model failed; "
+            f"{found.seconds['total']:.2f} s.\n"
             f"Baseline: {found.space.title}. {found.space.note or ''}".rstrip()
         )
     )
