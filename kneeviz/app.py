@@ -64,6 +64,8 @@ class KernelWarmUp:
             warm_up("surrogate")
             warm_up("model")
             self._announce("search")
+            warm_up("model", method="exact", solver="equilibrium")
+            self._announce("exact")
         except Exception as error:
             _LOG.exception("the kernels cannot be compiled")
             with self._lock:

@@ -22,10 +22,19 @@ MODES = {
 OWN_KNEE = "My own"
 BASELINE = "Baseline"
 RANDOM = "Random, within bounds"
+METHODS = {"Genetic": "ga", "Exact gradients": "exact"}
+SOLVERS = {"In motion": "dynamics", "At rest": "equilibrium"}
 WORST = ("Worst case, model 1", "Worst case, model 2")
 
 
 _REST_HINT = "Held at 0 until the bounds let rest lengths vary (Rest, mm)."
+
+
+_LIVE_HINT = (
+    "Follows every bound and slider: the two most different knees within the bounds around your "
+    "knee, each at rest under its load (settled), in the true model, and where 99.7 % of 2,000 "
+    "random ones lie. The buttons below search around the baseline, once."
+)
 
 
 class Asked(NamedTuple):
@@ -208,6 +217,8 @@ class SearchTab:
                 "Which two knees within the bounds move most differently? Evolution looks for them."
             )
         )
+        self.live = gui.add_checkbox("Live worst case", False, hint=_LIVE_HINT)
+        self.live_note = gui.add_html("")
         self.surrogate = gui.add_button(
             "Worst case (surrogate)",
             hint="Searches in a stand-in that learned from 50 knees: a fraction of a second. "
@@ -216,7 +227,7 @@ class SearchTab:
         self.model = gui.add_button(
             "Worst case (true model)",
             color="gray",
-            hint="Every candidate is simulated: seconds to a minute.",
+            hint="Every candidate is simulated: seconds to a minute; with exact gradients at once.",
         )
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.rising = gui.add_html("", visible=False)
@@ -226,6 +237,18 @@ class SearchTab:
         self.adopt = gui.add_button_group("Make mine", ("Model 1", "Model 2"), visible=False)
         self.table = gui.add_html("")
         with gui.add_folder("Settings", expand_by_default=False):
+            self.method = gui.add_dropdown(
+                "Method",
+                tuple(METHODS),
+                hint="Genetic: the paper's algorithm. Exact gradients: climbs from many starts, "
+                "with the evidence of how many end in the same pair.",
+            )
+            self.solver = gui.add_dropdown(
+                "Response",
+                tuple(SOLVERS),
+                hint="In motion: after 23 s of simulated motion, as in the paper. At rest: the "
+                "equilibrium under each load.",
+            )
             self.pop_size = gui.add_number(
                 "Population", 200, min=10, max=2000, step=10, hint="Pairs of knees alive at once."
             )
@@ -245,6 +268,8 @@ class SearchTab:
             (self.adopt, "adopt"),
         ):
             on_press(handle, post, key)
+        on_value(self.live, post, "live")
+        on_value(self.method, post, "method")
         on_value(self.overlay, post, "overlay")
 
     def set_running(self, running: bool) -> None:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
-from kneeviz import do_files, do_knee, do_lesson, do_search, do_view
+from kneeviz import do_files, do_knee, do_lesson, do_live, do_search, do_view
 from kneeviz.controls import Asked
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ _DEEDS: dict[str, Callable[..., None]] = {
     **do_knee.DEEDS,
     **do_view.DEEDS,
     **do_search.DEEDS,
+    **do_live.DEEDS,
     **do_files.DEEDS,
     **do_lesson.DEEDS,
     "reject": _reject,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from kneecore import Knee, KneecoreError
 from kneeviz import files, markup
 from kneeviz.do_knee import load_knee
+from kneeviz.do_live import set_live
 from kneeviz.do_result import take_result
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def _upload(session: "Session", value: tuple[str, bytes, int]) -> None:
         load_knee(session, loaded)
         session.say(f"Loaded the knee “{markup.escape(loaded.title[:60])}”.")
     else:
+        set_live(session, False)
         take_result(session, loaded)
         session.say("Loaded the result: model 1 in blue, model 2 in orange.")
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from kneecore import Knee, KneecoreError, parameter_table
 from kneecore.parameters import widened
-from kneeviz import controls, markup, wire
+from kneeviz import controls, do_live, markup, wire
 from kneeviz.do_result import show_result
 from kneeviz.state import PRESETS, WIDTH, preset_knee, random_knee, shown_bounds, with_bound
 
@@ -22,6 +22,9 @@ def _ready(session: "Session", _value: Any, what: str) -> None:
         state.solve_baseline()
         session.show_knee(state.x, final=True)
         session.say("Preparing the surrogate …", "busy")
+        return
+    if what == "exact":
+        session.exact_ready = True
         return
     session.surrogate_ready = True
     session.refit()
@@ -87,7 +90,10 @@ def _bound(session: "Session", value: Any, name: str) -> None:
         session.notices.tell(client_id, "Bounds not changed", str(error))
         _mirror_bounds(session)
         return
-    session.show_band(None)  # it was that of the old bounds
+    if session.live.on:
+        do_live.follow(session)  # it searches while the rest is done here
+    else:
+        session.show_band(None)  # it was that of the old bounds
     session.mirror_sliders()
     if session.model_ready:
         state.solve_baseline()

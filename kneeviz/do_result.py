@@ -9,24 +9,31 @@ if TYPE_CHECKING:
     from kneeviz.session import Session
 
 
-def take_result(session: "Session", result: Any) -> None:
-    """Show a result's two knees and offer its files."""
+def take_result(session: "Session", result: Any, *, reveal: bool = True) -> None:
+    """Show a result's two knees and offer its files.
+
+    With `reveal` the knees are shown even if the visitor had hidden those before.
+    """
     session.state.take_result(result)
-    tab, knee = session.view.search, session.view.knee
+    tab, preset = session.view.search, session.view.knee.preset
     tab.overlay.visible = tab.adopt.visible = True
-    tab.overlay.value = True
-    chosen = knee.preset.value
-    knee.preset.options = (
+    options = (
         controls.OWN_KNEE,
         controls.BASELINE,
         *controls.WORST,
         *PRESETS,
         controls.RANDOM,
     )
-    knee.preset.value = chosen
+    if preset.options != options:
+        chosen, preset.options = preset.value, options
+        preset.value = chosen
     for handle in session.view.files.result.values():
         handle.disabled = False
-    session.show_overlay(True)
+    if reveal:
+        tab.overlay.value = True
+        session.show_overlay(True)
+    session.touch()
+    session.forget_runs()
     show_result(session)
 
 
@@ -35,13 +42,14 @@ def show_result(session: "Session") -> None:
     result, view = session.state.result, session.view
     if result is None:
         return
-    stale = session.state.result_is_stale
+    session.shown_stale = stale = session.is_stale()
     style = "opacity:.45" if stale else ""
-    note = "<b>Bounds changed since this search.</b><br>" if stale else ""
+    changed = "Bounds" if result.space.is_around_baseline else "Knee or bounds"
+    note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
     sentence = markup.escape(result.summary())
-    view.search.found.content = markup.box(
-        f"{note}<b>{sentence}</b><br>{markup.objective_line(result)}", style=style
-    )
+    told = f"{note}<b>{sentence}</b><br>{markup.objective_line(result)}"
+    evidence = markup.evidence_line(result)
+    view.search.found.content = markup.box(told + evidence, style=style)
     colours = theme.palette(view.dark)
     command = "The same without a browser:" + markup.command_line(result.command())
     view.search.table.content = markup.box(
@@ -50,5 +58,6 @@ def show_result(session: "Session") -> None:
         + f'<div style="margin-top:5px">{command}</div>',
         style=style,
     )
-    view.found.content = markup.box(f"{note}{sentence}", style=style)
+    short = told + evidence if session.live.on else f"{note}{sentence}"
+    view.found.content = markup.box(short, style=style)
     view.files.command.content = markup.box(command, style=style)

@@ -1,11 +1,13 @@
 """What a session does to search. Runs on its worker."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from kneecore.search.pair_search import SearchSpace
+from kneecore.model.response import Solver
+from kneecore.search.pair_search import Method, SearchSpace
 from kneeviz import controls, markup, theme
 from kneeviz.do_knee import choose_preset
+from kneeviz.do_live import set_live
 from kneeviz.do_result import take_result
 from kneeviz.search_job import SearchJob, SearchReport, SearchSettings
 
@@ -33,11 +35,14 @@ def start_search(session: "Session", search_space: SearchSpace, client_id: int |
         space=state.space,
         rest_length=state.bounds.rest_length,
         search_space=search_space,
+        method=cast(Method, controls.METHODS[tab.method.value]),
+        solver=cast(Solver, controls.SOLVERS[tab.solver.value]),
         objective=tab.objective.value,
         pop_size=round(tab.pop_size.value),
         n_generations=round(tab.n_generations.value),
         seed=round(tab.seed.value),
     )
+    set_live(session, False)
     session.job, session.rising = SearchJob(settings, session.post), []
     tab.set_running(True)
     where = "stand-in" if search_space == "surrogate" else "true model"
@@ -67,6 +72,7 @@ def _search_done(session: "Session", value: tuple[SearchJob, Any, str | None]) -
     session.job = None
     session.view.search.set_running(False)
     if result is not None:
+        set_live(session, False)
         take_result(session, result)
         session.say("Done: model 1 is blue, model 2 orange.")
     elif why is not None:
@@ -82,6 +88,12 @@ def _cancel(session: "Session", value: Any) -> None:
         session.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
+def _method(session: "Session", value: Any) -> None:
+    tab = session.view.search
+    genetic = controls.METHODS[value.value] == "ga"
+    tab.pop_size.disabled = tab.n_generations.disabled = not genetic
+
+
 def _adopt(session: "Session", value: Any) -> None:
     choose_preset(session, controls.WORST[0 if value.value == "Model 1" else 1])
 
@@ -92,4 +104,5 @@ DEEDS: dict[str, Callable[..., None]] = {
     "search_done": _search_done,
     "cancel": _cancel,
     "adopt": _adopt,
+    "method": _method,
 }

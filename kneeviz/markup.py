@@ -206,12 +206,43 @@ def objective_line(result: Any) -> str:
     """Return f with the true model's value beside the surrogate's, never one without the other."""
     model = result.objective_model
     true = "not known (the model failed there)" if model is None else number(model, 0, "°")
+    rest = " at rest" if result.solver == "equilibrium" else ""
     if result.objective_surrogate is None:
-        return f"{_F} = <b>{true}</b>, searched in the true model."
+        return f"{_F} = <b>{true}</b>, searched in the true model{rest}."
     gap = "" if result.gap_percent is None else f" (gap {number(result.gap_percent, 1)} %)"
     return (
         f"{_F}: surrogate {number(result.objective_surrogate, 0, '°')}, "
-        f"true model <b>{true}</b>{gap}."
+        f"true model{rest} <b>{true}</b>{gap}."
+    )
+
+
+def evidence_line(result: Any) -> str:
+    """Return what an exact search says about how good its f is; nothing for another."""
+    evidence = result.evidence
+    if evidence is None:
+        return ""
+    where = "" if result.search_space == "model" else " in the surrogate"
+    share = number(100.0 * evidence.share_reached, 0, "%")
+    parts = [f"{share} of {evidence.n_climbs} climbs{where} end here"]
+    if evidence.second_best is not None:
+        parts.append(f"second basin {number(evidence.second_best, 1, '°')}")
+    sides = np.stack([result.space.at_bounds(x) for x in result.x])
+    inside = int((sides == 0)[:, result.space.free].sum())
+    total = 2 * int(result.space.n_free)
+    parts.append(f"{total - inside} of {total} values on a bound")
+    if evidence.objective_before_climb is not None and result.objective_model is not None:
+        gain = result.objective_model - evidence.objective_before_climb
+        parts.append(f"{number(gain, 1, '°')} gained in motion")
+    if evidence.n_lost:
+        parts.append(f"{evidence.n_lost:,} knees without an equilibrium left out")
+    return f"<br>{faint('; '.join(parts) + '.')}"
+
+
+def live_note(sampled: str) -> str:
+    """Return what the live search shows, in words."""
+    return (
+        "Live, settled: every knee at rest under its load, within the bounds around yours. "
+        f"The pale band holds 99.7 % of {sampled}."
     )
 
 

@@ -10,8 +10,9 @@ from typing import Any
 import kneecore
 from kneecore import KneecoreError, ParameterSpace
 from kneecore._threads import available_cores
+from kneecore.model.response import Solver
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import SearchSpace
+from kneecore.search.pair_search import Method, SearchSpace
 
 _LOG = logging.getLogger(__name__)
 _REPORT_SECONDS = 0.1
@@ -26,6 +27,8 @@ class SearchSettings:
     space: ParameterSpace
     rest_length: Any
     search_space: SearchSpace
+    method: Method
+    solver: Solver
     objective: Objective
     pop_size: int
     n_generations: int
@@ -94,15 +97,20 @@ class SearchJob:
 
     def _search(self) -> Any:
         s = self.settings
+        # The exact search has neither, and refuses them.
+        genetic: dict[str, Any] = {}
+        if s.method == "ga":
+            genetic = {"pop_size": s.pop_size, "n_generations": s.n_generations}
         return kneecore.worst_case(
             s.space,
+            method=s.method,
             search_space=s.search_space,
             training_samples=max(50, s.space.n_free + 2),
-            pop_size=s.pop_size,
-            n_generations=s.n_generations,
+            **genetic,
             objective=s.objective,
             seed=s.seed,
             rest_length=s.rest_length,
+            solver=s.solver,
             # One core stays free for the view.
             threads=max(1, available_cores() - 1),
             callback=self._watch,

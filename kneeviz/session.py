@@ -17,7 +17,10 @@ from kneecore import Knee, Trajectory
 from kneecore.model.forces import THETA_0
 from kneecore.model.pose import STATION
 from kneecore.parameters import widened
-from kneeviz import deeds, markup, series, wire
+from kneeviz import deeds, do_live, markup, series, wire
+from kneeviz.do_live import Live
+from kneeviz.do_result import show_result
+from kneeviz.live_job import LiveSearch
 from kneeviz.mechanism import Pose, tibia_at_contact
 from kneeviz.motion import pose_in_time
 from kneeviz.notices import Notices
@@ -59,6 +62,8 @@ class Session:
         self.view = View(target, self.post, self.state)
         self.notices = Notices(clients, target.gui)
         self.job: SearchJob | None = None
+        self.live = Live()
+        self.live_search = LiveSearch(self.post)
         self.rising: list[float] = []
         self.overlay = False
         self.band: Band | None = None
@@ -66,6 +71,9 @@ class Session:
         self.rng = np.random.default_rng()
         self.model_ready = False
         self.surrogate_ready = False
+        self.exact_ready = False
+        self.shown_stale = False
+        """Whether the page says that its result belongs to other bounds."""
         self._runs: tuple[Trajectory | None, ...] | None = None
         self._morph: tuple[FloatArray, float] | None = None
         self._fade_start: float | None = None
@@ -86,6 +94,7 @@ class Session:
         """End the worker and a running search."""
         if self.job is not None:
             self.job.cancel()
+        self.live_search.stop()
         self.worker.stop()
 
     def post(self, key: Hashable, value: Any = None) -> None:
@@ -102,13 +111,16 @@ class Session:
         now = time.monotonic()
         for key, value in actions:
             self._perform(key, value)
+        slow_at = do_live.follow(self)
+        if actions and self.shown_stale != self.is_stale():
+            show_result(self)
         self._ease(now)
         self.playback.advance(now)
         if self.model_ready:
             self.draw()
         else:
             self.target.flush()
-        due = self.notices.deliver(now)
+        due = min((d for d in (self.notices.deliver(now), slow_at) if d is not None), default=None)
         if self._moving() and self.clients():
             # Under a moving slider its answers are the frames: more would only keep them waiting.
             frame = _DRAG_FRAME if now - self._edited < _DRAG_SECONDS else FRAME_SECONDS
@@ -116,6 +128,10 @@ class Session:
         elif self._moving():
             due = now + 0.5  # nobody looks
         return due
+
+    def is_stale(self) -> bool:
+        """Tell whether the result on the page belongs to other bounds than those set now."""
+        return self.state.result_is_stale and not self.live.keeps_up
 
     def _perform(self, key: Hashable, value: Any) -> None:
         """Do one thing; if it fails, the rest goes on and whoever asked is told."""

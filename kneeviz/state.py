@@ -13,6 +13,7 @@ import kneecore
 from kneecore import (
     NAMES,
     Knee,
+    ParameterError,
     ParameterSpace,
     Response,
     Trajectory,
@@ -144,13 +145,33 @@ class KneeState:
         """Whether the result belongs to other bounds than those set now."""
         if self.result is None:
             return False
-        old = self.result.space
+        old, now = self.result.space, self.space
+        if not old.is_around_baseline:
+            try:
+                now = self.space_around_knee()
+            except ParameterError:
+                return True
         same = (
-            np.array_equal(old.lower, self.space.lower)
-            and np.array_equal(old.upper, self.space.upper)
-            and np.array_equal(old.baseline, self.space.baseline)
+            np.array_equal(old.lower, now.lower)
+            and np.array_equal(old.upper, now.upper)
+            and np.array_equal(old.baseline, now.baseline)
         )
         return not same or self.result.rest_length != self.bounds.rest_length
+
+    def space_around_knee(self) -> ParameterSpace:
+        """Return the present bounds around the visitor's knee instead of the baseline.
+
+        The baseline still fixes the load-free pose, so that the knee in the middle is the one
+        whose curve is drawn.
+
+        Raises
+        ------
+        ParameterError
+            If they hold knees that cannot be.
+        """
+        if self.at_baseline:
+            return self.space
+        return replace(self.space, centre=widened(self.x, len(self.space.baseline)))
 
     def solve(self, x: FloatArray) -> Solved:
         """Run kneecore for one knee."""

@@ -60,7 +60,9 @@ def test_a_surrogates_objective_comes_with_the_true_models(result):
 
 
 def test_an_objective_that_the_model_denies_is_not_hidden():
-    failed = SimpleNamespace(objective_surrogate=400.0, objective_model=None, gap_percent=None)
+    failed = SimpleNamespace(
+        objective_surrogate=400.0, objective_model=None, solver="dynamics", gap_percent=None
+    )
     assert "not known" in markup.objective_line(failed)
 
 

@@ -1,0 +1,323 @@
+"""The worst case that follows bounds and sliders, and the searches' methods."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from viz.conftest import eventually
+from viz.test_over_the_wire import curve, press, widget
+from viz.wire_client import WireClient
+
+import kneecore
+from kneecore import MOMENT, NAMES, Cancelled, ModelError, ParameterSpace, monte_carlo, worst_case
+from kneeviz import live_job
+from kneeviz.app import App
+from kneeviz.live import N_SAMPLES, LiveSettings, find
+from kneeviz.state import Bounds, KneeState, with_bound
+
+ACL_Y = NAMES.index("acl_femur_y")
+
+
+def headless(space, **options):
+    return worst_case(space, method="exact", solver="equilibrium", threads=2, **options)
+
+
+def settings(space=None):
+    return LiveSettings(
+        space=space or ParameterSpace(), rest_length="recomputed", objective="all", seed=0
+    )
+
+
+@pytest.fixture
+def live(session, visitor):
+    """Live is on and has its first answer; afterwards everything is as before."""
+    eventually(lambda: session.exact_ready)
+    visitor.set(widget(session.view.search.live), True)
+    eventually(lambda: session.live.shown)
+    yield session
+    visitor.set(widget(session.view.search.live), False)
+    eventually(lambda: not session.live.on)
+    restore_bounds(session, visitor)
+
+
+def restore_bounds(session, visitor):
+    visitor.set(widget(session.view.knee.bounds["geometry_mm"]), 1.0)
+    eventually(lambda: session.state.bounds.geometry_mm in (None, 1.0))
+
+
+def set_bound(session, visitor, mm):
+    visitor.set(widget(session.view.knee.bounds["geometry_mm"]), mm)
+
+
+def eventually_found(session, space):
+    """Wait for the live answer of a box."""
+    eventually(
+        lambda: (
+            session.state.result is not None
+            and np.array_equal(session.state.result.space.lower, space.lower)
+            and np.array_equal(session.state.result.space.upper, space.upper)
+        )
+    )
+
+
+class TestFind:
+    def test_it_is_the_headless_search_bit_by_bit(self):
+        space = ParameterSpace(geometry_bound_mm=0.7, case="geometry")
+        answer = find(settings(space), lambda: False)
+        assert answer.result.x.tobytes() == headless(space).x.tobytes()
+        sampled = monte_carlo(space, n_samples=N_SAMPLES, solver="equilibrium")
+        spread = sampled.flexion_deg
+        assert answer.band.lower_deg.tobytes() == spread.percentile_lower.tobytes()
+        assert answer.band.upper_deg.tobytes() == spread.percentile_upper.tobytes()
+
+    def test_knees_that_are_not_in_the_band_are_told(self):
+        answer = find(settings(ParameterSpace(geometry_bound_mm=3.0)), lambda: False)
+        assert answer.n_lost > 0
+        assert f"{answer.n_lost} without an equilibrium" in answer.band.text
+
+    def test_it_can_be_stopped(self):
+        asked = []
+        with pytest.raises(Cancelled):
+            find(settings(), lambda: asked.append(1) or len(asked) > 10)
+        assert len(asked) == 11
+
+
+class TestLatestWins:
+    @pytest.fixture
+    def search(self, monkeypatch):
+        """A search whose answers take until they are let go; what it began; what it posted."""
+        begun, go, posted = [], threading.Event(), []
+
+        def slow(wanted, stop):
+            begun.append(wanted)
+            while not go.wait(0.005):
+                if stop():
+                    raise Cancelled
+            return wanted
+
+        monkeypatch.setattr(live_job, "find", slow)
+        running = live_job.LiveSearch(lambda key, value: posted.append(value))
+        yield running, begun, go, posted
+        go.set()
+        running.stop()
+
+    def test_what_waits_is_replaced_and_the_slow_gives_way(self, search):
+        running, begun, go, posted = search
+        wanted = [settings() for _ in range(20)]
+        for request in wanted:
+            running.ask(request)
+            eventually(lambda: begun)
+        eventually(lambda: begun[-1] is wanted[-1], 5.0)
+        assert len(begun) == 2
+        go.set()
+        eventually(lambda: posted)
+        assert [(s is wanted[-1], a is wanted[-1], w) for s, a, w in posted] == [(True, True, None)]
+
+    def test_a_quick_one_is_shown_though_another_was_asked(self, search, monkeypatch):
+        running, begun, go, posted = search
+        monkeypatch.setattr(live_job, "PATIENCE", 60.0)
+        first, second = settings(), settings()
+        running.ask(first)
+        eventually(lambda: begun)
+        running.ask(second)
+        time.sleep(0.05)
+        go.set()
+        eventually(lambda: len(posted) == 2)
+        assert [s for s, _, _ in posted] == [first, second]
+
+    def test_nothing_is_searched_once_it_is_forgotten(self, search, monkeypatch):
+        running, begun, _, posted = search
+        monkeypatch.setattr(live_job, "PATIENCE", 0.0)
+        running.ask(settings())
+        eventually(lambda: begun)
+        running.forget()
+        time.sleep(0.1)
+        assert posted == []
+
+    def test_a_fault_is_posted_and_the_thread_goes_on(self, monkeypatch):
+        posted = []
+
+        def failing(wanted, stop):
+            raise ModelError("no knee")
+
+        monkeypatch.setattr(live_job, "find", failing)
+        running = live_job.LiveSearch(lambda key, value: posted.append(value))
+        try:
+            for n in (1, 2):
+                running.ask(settings())
+                eventually(lambda n=n: len(posted) == n)
+            assert [why for _, _, why in posted] == ["no knee", "no knee"]
+        finally:
+            running.stop()
+
+
+class TestAroundTheKnee:
+    def test_the_box_is_around_the_knee_and_the_pose_the_baselines(self):
+        state = KneeState(kneecore.packaged_knee())
+        assert state.space_around_knee() is state.space
+        state.set_bounds(with_bound(Bounds(), "geometry_mm", 0.5))
+        state.x[ACL_Y] += 0.3e-3
+        space = state.space_around_knee()
+        np.testing.assert_array_equal(space.centre, state.x[:28])
+        np.testing.assert_array_equal(space.baseline, state.space.baseline)
+        width = state.space.upper - state.space.lower
+        np.testing.assert_allclose(space.upper - space.lower, width, rtol=1e-9)
+
+
+class TestLive:
+    def test_a_bound_moves_both_knees_and_the_band(self, live, visitor):
+        set_bound(live, visitor, 0.7)
+        space = ParameterSpace(geometry_bound_mm=0.7)
+        eventually_found(live, space)
+        wanted = headless(space)
+        assert live.state.result.x.tobytes() == wanted.x.tobytes()
+        spread = monte_carlo(space, n_samples=N_SAMPLES, solver="equilibrium").flexion_deg
+
+        def drawn(client):
+            data = curve(client, live)
+            shown = [np.interp(MOMENT, data[0][1:-1], data[i][1:-1]) for i in (3, 4, -5, -4)]
+            right = [spread.percentile_lower, spread.percentile_upper]
+            right += [np.degrees(m.flexion) for m in (wanted.model_1, wanted.model_2)]
+            return np.allclose(shown, right, atol=1e-9)
+
+        visitor.wait(drawn)
+        found = visitor.props[widget(live.view.found)]["content"]
+        assert "at rest" in found
+        assert "climbs end here" in found
+        assert "Bounds changed" not in found
+        legend = visitor.props[widget(live.view.curve_legend)]["content"]
+        assert "2,000 knees at rest" in legend
+
+    def test_a_slider_takes_the_box_along(self, live, visitor):
+        visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.4)
+        eventually(lambda: live.state.x[ACL_Y] == pytest.approx(0.4e-3))
+        centre = np.array(live.state.space.baseline)
+        centre[ACL_Y] = 0.4e-3
+        space = ParameterSpace(centre=centre)
+        eventually_found(live, space)
+        assert live.state.result.x.tobytes() == headless(space).x.tobytes()
+        assert "--around current" in live.state.result.command()
+        table = widget(live.view.search.table)
+        visitor.wait(lambda c: "--around current" in c.props[table]["content"])
+
+    def test_a_storm_ends_with_the_last_bounds(self, live, visitor):
+        sent = np.linspace(0.3, 1.4, 150).round(3)
+        for mm in sent:
+            set_bound(live, visitor, float(mm))
+            time.sleep(0.005)
+        space = ParameterSpace(geometry_bound_mm=float(sent[-1]))
+        eventually_found(live, space)
+        time.sleep(0.5)  # nothing older comes after it
+        assert live.state.result.x.tobytes() == headless(space).x.tobytes()
+        assert not live.live.slow
+
+    def test_wide_bounds_say_so_and_give_way(self, live, visitor):
+        note = widget(live.view.search.live_note)
+        set_bound(live, visitor, 6.0)
+        visitor.wait(lambda c: "take longer" in c.props[note]["content"])
+        visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())  # the old bounds' band has gone
+        set_bound(live, visitor, 0.6)
+        eventually_found(live, ParameterSpace(geometry_bound_mm=0.6))
+        visitor.wait(lambda c: "take longer" not in c.props[note]["content"])
+
+    def test_off_keeps_the_knees_and_drops_the_band(self, live, visitor):
+        visitor.wait(lambda c: np.isfinite(curve(c, live)[3]).any())
+        result = live.state.result
+        visitor.set(widget(live.view.search.live), False)
+        visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())
+        assert live.state.result is result
+        assert live.overlay
+        visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.1)
+        eventually(lambda: live.state.x[ACL_Y] == pytest.approx(0.1e-3))
+        time.sleep(0.3)
+        assert live.state.result is result
+
+    def test_off_greys_what_was_around_another_knee(self, live, visitor):
+        visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.3)
+        eventually(lambda: not live.state.result.space.is_around_baseline)
+        visitor.set(widget(live.view.search.live), False)
+        found = widget(live.view.search.found)
+        visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.1)
+        visitor.wait(lambda c: "Knee or bounds changed" in c.props[found]["content"])
+        visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.3)
+        visitor.wait(lambda c: "Knee or bounds changed" not in c.props[found]["content"])
+
+    def test_no_worst_case_is_told_and_nothing_old_stands(self, live, visitor, monkeypatch):
+        def failing(wanted, stop):
+            raise ModelError("all of <them> failed")
+
+        with monkeypatch.context() as patched:
+            patched.setattr(live_job, "find", failing)
+            set_bound(live, visitor, 0.9)
+            note = widget(live.view.search.live_note)
+            visitor.wait(lambda c: "all of &lt;them&gt; failed" in c.props[note]["content"])
+            eventually(lambda: not live.overlay)
+            visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())
+        set_bound(live, visitor, 1.1)
+        eventually_found(live, ParameterSpace(geometry_bound_mm=1.1))
+        eventually(lambda: live.overlay)
+
+    def test_hidden_knees_stay_hidden(self, live, visitor):
+        visitor.set(widget(live.view.search.overlay), False)
+        eventually(lambda: not live.overlay)
+        set_bound(live, visitor, 0.8)
+        eventually_found(live, ParameterSpace(geometry_bound_mm=0.8))
+        assert not live.overlay
+
+    def test_a_search_ends_it(self, live, visitor):
+        press(visitor, live.view.search.surrogate)
+        eventually(lambda: live.job is None and live.state.result.search_space == "surrogate")
+        assert not live.live.on
+        visitor.wait(lambda c: c.values[widget(live.view.search.live)] is False)
+
+
+def test_a_visitor_who_leaves_takes_the_thread_along():
+    def searching():
+        return {t for t in threading.enumerate() if t.name == "live"}
+
+    before = searching()
+    app = App(port=0, shared=False)
+    try:
+        with WireClient(app.server.get_port()) as one:
+            eventually(lambda: len(app.sessions) == 1)
+            session = next(iter(app.sessions.values()))
+            one.wait(lambda c: widget(session.view.search.live) in c.values)
+            one.set(widget(session.view.search.live), True)
+            eventually(lambda: session.live.shown)
+            assert searching() != before
+        eventually(lambda: searching() == before)
+    finally:
+        app.stop()
+
+
+class TestMethods:
+    @pytest.fixture(autouse=True)
+    def restore(self, session, visitor):
+        yield
+        tab = session.view.search
+        visitor.set(widget(tab.method), "Genetic")
+        visitor.set(widget(tab.solver), "In motion")
+        eventually(lambda: tab.method.value == "Genetic" and tab.solver.value == "In motion")
+
+    @pytest.mark.parametrize("where", ["model", "surrogate"])
+    def test_an_exact_search_with_its_evidence(self, session, visitor, where):
+        tab = session.view.search
+        visitor.set(widget(tab.method), "Exact gradients")
+        visitor.wait(lambda c: c.props[widget(tab.pop_size)]["disabled"])
+        visitor.set(widget(tab.solver), "At rest")
+        eventually(lambda: tab.solver.value == "At rest")
+        session.state.result = None
+        press(visitor, getattr(tab, where))
+        eventually(lambda: session.job is None and session.state.result is not None)
+        result = session.state.result
+        wanted = worst_case(method="exact", search_space=where, solver="equilibrium")
+        assert result.x.tobytes() == wanted.x.tobytes()
+        found = widget(tab.found)
+        climbs = f"of {wanted.evidence.n_climbs} climbs"
+        visitor.wait(lambda c: climbs in c.props[found]["content"])
+        command = visitor.props[widget(tab.table)]["content"]
+        assert "--method exact --solver equilibrium" in command
+        assert ("--space surrogate" in command) == (where == "surrogate")
+        visitor.set(widget(tab.method), "Genetic")
+        visitor.wait(lambda c: not c.props[widget(tab.pop_size)]["disabled"])
