@@ -219,7 +219,7 @@ def display_values(x: Sequence[float] | FloatArray) -> list[float]:
 
 
 def widened(x: ArrayLike, width: int) -> FloatArray:
-    """Return knees, shape (..., 28) or (..., 32), with `width` entries: changes of 0 added.
+    """Return a copy of knees, (..., 28) or (..., 32), with `width` entries: changes of 0 added.
 
     Entries are cut off only if they are 0.
 
@@ -236,4 +236,4 @@ def widened(x: ArrayLike, width: int) -> FloatArray:
         raise ParameterError(
             "`x` changes rest lengths; the space has no rest lengths among its parameters"
         )
-    return values[..., :width]
+    return np.array(values[..., :width])

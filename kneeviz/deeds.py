@@ -4,7 +4,16 @@ import time
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
-from kneeviz import do_files, do_knee, do_lesson, do_live, do_search, do_view
+from kneeviz import (
+    do_files,
+    do_knee,
+    do_landscape,
+    do_lesson,
+    do_live,
+    do_search,
+    do_study,
+    do_view,
+)
 from kneeviz.controls import Asked
 
 if TYPE_CHECKING:
@@ -22,6 +31,8 @@ _DEEDS: dict[str, Callable[..., None]] = {
     **do_search.DEEDS,
     **do_live.DEEDS,
     **do_files.DEEDS,
+    **do_study.DEEDS,
+    **do_landscape.DEEDS,
     **do_lesson.DEEDS,
     "reject": _reject,
 }

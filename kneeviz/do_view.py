@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from kneeviz import controls, scene, wire
+from kneeviz import controls, landscape, landscape_scene, scene, wire
 from kneeviz.do_result import show_result
 
 if TYPE_CHECKING:
@@ -49,6 +49,8 @@ def _loop(session: "Session", value: Any) -> None:
 
 def _view(session: "Session", value: Any) -> None:
     view = session.view.scene
+    if session.landscape.shown and value.value != "Reset":
+        leave_landscape(session)
     if value.value == "Reset":
         place_cameras(session, only=value.client_id)
         return
@@ -60,30 +62,54 @@ def _view(session: "Session", value: Any) -> None:
     place_cameras(session)
 
 
+def leave_landscape(session: "Session") -> None:
+    """Put the knee back in the landscape's place; the cameras are the caller's."""
+    session.landscape.shown = False
+    view = session.view
+    if view.landscape is not None:
+        view.landscape.set_visible(False)
+    view.scene.set_hidden(False)
+    view.study.show_landscape(False)
+    session.touch()
+
+
 def place_cameras(session: "Session", only: int | None = None) -> None:
     """Put the cameras of all clients, or of one, where the view wants them."""
-    spatial = session.view.scene.spatial
     for client_id, client in session.clients().items():
         if only in (None, client_id):
-            place_camera(client, spatial)
+            _place_camera(session, client, *_camera(session))
 
 
-def place_camera(client: Any, spatial: bool) -> None:
-    """Put one client's camera where the view wants it, and lock or free its turning."""
+def restore_cameras(session: "Session") -> None:
+    """Put the cameras back to where they were before the landscape."""
+    for client_id, client in session.clients().items():
+        kept = session.landscape.cameras.get(client_id, _camera(session))
+        _place_camera(session, client, *kept)
+
+
+def _camera(session: "Session") -> tuple[Any, Any]:
+    """Return where the view wants a camera to stand, and to look."""
+    if session.landscape.shown:
+        return landscape_scene.camera_position(), landscape.CENTRE
+    return scene.camera_position(session.view.scene.spatial), scene.CENTRE
+
+
+def _place_camera(session: "Session", client: Any, position: Any, look_at: Any) -> None:
+    """Put one client's camera somewhere, and lock or free its turning."""
     wire.set_camera_lock(client, locked=False)
     with client.atomic():
         client.camera.up_direction = (0.0, 1.0, 0.0)
-        client.camera.position = scene.camera_position(spatial)
-        client.camera.look_at = scene.CENTRE
+        client.camera.position = position
+        client.camera.look_at = look_at
     client.flush()
-    if not spatial:
+    if not (session.view.scene.spatial or session.landscape.shown):
         wire.set_camera_lock(client, locked=True)
 
 
 def _joined(session: "Session", _value: Any, client_id: int) -> None:
     client = session.clients().get(client_id)
     if client is not None:
-        place_camera(client, session.view.scene.spatial)
+        _place_camera(session, client, *_camera(session))
         wire.watch_charts(client)
 
 

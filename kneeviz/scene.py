@@ -219,6 +219,7 @@ class KneeScene:
     def __init__(self, scene: Any) -> None:
         self._scene = scene
         self.spatial, self.dark, self.forces = False, False, False
+        self.hidden = False
         self._colours = theme.palette(False)
         scene.set_up_direction("+y")
         scene.configure_environment_map(None)
@@ -228,6 +229,9 @@ class KneeScene:
             "/light/sun", intensity=0.0, position=(0.4, 0.8, 1.0)
         )
         femur = next(bone for bone in bones() if bone.frame == "femur")
+        self._roots = [
+            scene.add_frame(f"/{name}", show_axes=False) for name in ("knee", "worst_1", "worst_2")
+        ]
         self.own = Body(scene, "knee", 0, None)
         self.own.add_labels()
         self._femur = _mesh(scene, "/knee/femur", femur, 4)
@@ -245,8 +249,9 @@ class KneeScene:
     def repaint(self, *, overlay_share: float = 1.0) -> None:
         """Apply theme and view (flat or 3D) to every node."""
         self._colours = colours = theme.palette(self.dark)
-        self._ambient.intensity = 1.7 if self.spatial else float(np.pi)
-        self._sun.intensity = 2.2 if self.spatial else 0.0
+        shaded = self.spatial or self.hidden  # what takes the knee's place is a landscape
+        self._ambient.intensity = 1.7 if shaded else float(np.pi)
+        self._sun.intensity = 2.2 if shaded else 0.0
         self._femur.color = colours.bone
         self._femur.opacity = _opacity(self.spatial, False, 1.0)
         self._femur.scale = (1.0, 1.0, 1.0 if self.spatial else _FLAT)
@@ -257,6 +262,13 @@ class KneeScene:
         self.own.paint(colours, self.spatial)
         for overlay in self.overlays:
             overlay.paint(colours, self.spatial, overlay_share)
+
+    def set_hidden(self, hidden: bool) -> None:
+        """Hide all knees, or show them again."""
+        self.hidden = hidden
+        for root in self._roots:
+            root.visible = not hidden
+        self.repaint()
 
     def fade_overlays(self, share: float) -> None:
         """Set how far the overlays have faded in."""

@@ -17,9 +17,10 @@ from kneecore import Knee, Trajectory
 from kneecore.model.forces import THETA_0
 from kneecore.model.pose import STATION
 from kneecore.parameters import widened
-from kneeviz import deeds, do_live, markup, series, wire
+from kneeviz import deeds, do_landscape, do_live, do_study, markup, series, wire
 from kneeviz.do_live import Live
 from kneeviz.do_result import show_result
+from kneeviz.landscape_show import LandscapeShow
 from kneeviz.live_job import LiveSearch
 from kneeviz.mechanism import Pose, tibia_at_contact
 from kneeviz.motion import pose_in_time
@@ -66,6 +67,8 @@ class Session:
         self.live_search = LiveSearch(self.post)
         self.rising: list[float] = []
         self.overlay = False
+        self.study = do_study.StudyDesk()
+        self.landscape = LandscapeShow(self.post)
         self.band: Band | None = None
         self.lesson: int | None = None
         self.rng = np.random.default_rng()
@@ -95,6 +98,9 @@ class Session:
         if self.job is not None:
             self.job.cancel()
         self.live_search.stop()
+        if self.study.job is not None:
+            self.study.job.cancel()
+        self.landscape.stop()
         self.worker.stop()
 
     def post(self, key: Hashable, value: Any = None) -> None:
@@ -335,10 +341,8 @@ class Session:
             self.target.flush()
             # The thread that sends it would have to wait for this one's next pause.
             time.sleep(_SEND_SECONDS)
-        with self.target.atomic():
-            self.view.scene.draw(current.x, poses[0])
-            for i, knee in enumerate(self._knees()[1:]):
-                self.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
+        if not self.landscape.shown:
+            self._draw_scene(current.x, poses)
         self.target.flush()
         if slow:
             with self.target.atomic():
@@ -348,6 +352,17 @@ class Session:
                 if stale:
                     self._show_numbers(shown)
             self.target.flush()
+        if stale:
+            do_study.refresh(self)
+            do_landscape.refresh(self)
+
+    def _draw_scene(self, x: FloatArray, poses: tuple[Pose | None, ...]) -> None:
+        """Put the visitor's knee and the worst cases into their poses."""
+        assert poses[0] is not None
+        with self.target.atomic():
+            self.view.scene.draw(x, poses[0])
+            for i, knee in enumerate(self._knees()[1:]):
+                self.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
 
     def _mirror_position(self) -> None:
         handle = self.view.transport.position

@@ -143,9 +143,11 @@ class KneeState:
     @property
     def result_is_stale(self) -> bool:
         """Whether the result belongs to other bounds than those set now."""
-        if self.result is None:
-            return False
-        old, now = self.result.space, self.space
+        return self.result is not None and self.is_stale(self.result)
+
+    def is_stale(self, found: Any) -> bool:
+        """Tell whether a result of kneecore's belongs to other bounds than those set now."""
+        old, now = found.space, self.space
         if not old.is_around_baseline:
             try:
                 now = self.space_around_knee()
@@ -156,7 +158,7 @@ class KneeState:
             and np.array_equal(old.upper, now.upper)
             and np.array_equal(old.baseline, now.baseline)
         )
-        return not same or self.result.rest_length != self.bounds.rest_length
+        return not same or found.rest_length != self.bounds.rest_length
 
     def space_around_knee(self) -> ParameterSpace:
         """Return the present bounds around the visitor's knee instead of the baseline.

@@ -19,6 +19,7 @@ SURROGATE = "#CC79A7"
 LIGAMENT_COLOURS = ("#009E73", "#8E3BA8", "#C79A00", "#C2185B")
 """ACL, PCL, MCL, LCL when taut."""
 LIGAMENT_LABELS = ("ACL", "PCL", "MCL", "LCL")
+_OTHER_GROUPS = {"condyle": "#B07D3C", "plateau": "#7A5C3A"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +101,13 @@ DARK = Palette(
 def palette(dark: bool) -> Palette:
     """Return the colours of the light or the dark theme."""
     return DARK if dark else LIGHT
+
+
+def group_colour(group: str, colours: Palette) -> str:
+    """Return the hue of a group of parameters: a ligament's own, bone, or grey for material."""
+    if group.upper() in LIGAMENT_LABELS:
+        return LIGAMENT_COLOURS[LIGAMENT_LABELS.index(group.upper())]
+    return _OTHER_GROUPS.get(group, colours.baseline)
 
 
 def rgb(hex_colour: str) -> RGB:

@@ -14,11 +14,15 @@ from kneeviz.controls import (
     ViewTab,
     add_transport,
 )
+from kneeviz.landscape_scene import LandscapeScene
+from kneeviz.landscape_show import free_names
 from kneeviz.lesson import LearnTab
 from kneeviz.mechanism import Pose
 from kneeviz.plots import ApChart, Band, CurveChart, ForceCharts, Markers, Shown
 from kneeviz.scene import KneeScene
 from kneeviz.state import KneeState
+from kneeviz.study_markup import with_unit
+from kneeviz.study_tab import InfluenceTab, StudyTab
 
 FloatArray = NDArray[np.float64]
 
@@ -38,10 +42,11 @@ class View:
         self.scene = KneeScene(target.scene)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT_WIDTH)
-        self._add_left(gui)
+        self.landscape: LandscapeScene | None = None
+        self._add_left(gui, post)
         self._add_right(gui, post, state)
 
-    def _add_left(self, gui: Any) -> None:
+    def _add_left(self, gui: Any, post: Post) -> None:
         colours = theme.palette(self.dark)
         panel = gui.add_panel()
         with panel.add_tab("Curve"):
@@ -64,6 +69,8 @@ class View:
             )
         with panel.add_tab("Compare"):
             self.comparison = gui.add_html("")
+        with panel.add_tab("Influence"):
+            self.influence = InfluenceTab(gui, post)
         panel.dock_left()
         panel.set_width(LEFT_WIDTH)
 
@@ -74,6 +81,9 @@ class View:
             self.knee = KneeTab(gui, post, state)
         with tabs.add_tab("Search"):
             self.search = SearchTab(gui, post)
+        with tabs.add_tab("Study"):
+            free = tuple(with_unit(name) for name in free_names(state.space))
+            self.study = StudyTab(gui, post, free)
         with tabs.add_tab("Learn"):
             self.learn = LearnTab(gui, post)
         with tabs.add_tab("View"):

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ParameterError
 from kneecore.model.response import MOMENT, RestLength, simulate_batch
 from kneecore.numerics.sampling import check_count
-from kneecore.parameters import NAMES, check_physical
+from kneecore.parameters import check_physical, widened
 from kneecore.search.knee import KneeSurrogate
 from kneecore.search.result import LARGEST_EXTENSION
 from kneecore.space import ParameterSpace
@@ -68,7 +68,7 @@ class Landscape:
     names: tuple[str, str]
     """The two parameters."""
     x: FloatArray
-    """The knee whose other 26 values are held, shape (28,), SI."""
+    """The knee whose other values are held, shape (28,) or (32,), SI."""
     axes: tuple[FloatArray, FloatArray]
     """The two parameters' values from bound to bound, shape (n,) each, SI."""
     model_deg: FloatArray
@@ -102,13 +102,13 @@ class Landscape:
 
 
 def _columns(names: Sequence[str], space: ParameterSpace) -> tuple[int, int]:
-    free = [name for name, is_free in zip(NAMES, space.free, strict=True) if is_free]
+    free = [name for name, is_free in zip(space.names, space.free, strict=True) if is_free]
     if len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         raise ParameterError(
             f"`names` is {tuple(names)!r}; two different of the free parameters are allowed: "
             f"{', '.join(free)}"
         )
-    return NAMES.index(names[0]), NAMES.index(names[1])
+    return space.names.index(names[0]), space.names.index(names[1])
 
 
 def landscape(
@@ -127,7 +127,7 @@ def landscape(
 
     Parameters
     ----------
-    x : array_like, shape (28,)
+    x : array_like, shape (28,) or (32,)
         The knee around which the slice is laid, SI.
     names : sequence of 2 str
         The two parameters; they must be free in `space`.
@@ -148,14 +148,16 @@ def landscape(
     space = space or ParameterSpace()
     centre = check_physical(x, "x")
     if centre.ndim != 1:
-        raise ParameterError(f"`x` has shape {centre.shape}; (28,) is allowed")
+        raise ParameterError(f"`x` has shape {centre.shape}; (28,) or (32,) is allowed")
+    if not centre[len(space.names) :].any():  # else rest lengths are changed, but held
+        centre = widened(centre, len(space.names))
     first, second = _columns(names, space)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     axes = tuple(np.linspace(space.lower[i], space.upper[i], n_points) for i in (first, second))
     knees = np.tile(centre, (n_points, n_points, 1))
     knees[..., first], knees[..., second] = axes[0][:, None], axes[1][None, :]
-    flat = knees.reshape(-1, len(NAMES))
+    flat = knees.reshape(-1, len(centre))
     batch = simulate_batch(flat, baseline=space.baseline, rest_length=rest_length, threads=threads)
     shape = (n_points, n_points, len(MOMENT))
     predicted = None if surrogate is None else np.degrees(surrogate.predict(flat)).reshape(shape)

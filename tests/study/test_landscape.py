@@ -114,6 +114,17 @@ def test_two_different_free_parameters_are_needed(names, case):
         landscape(space.baseline, names, space=space)
 
 
+def test_rest_lengths_can_be_its_parameters():
+    space = ParameterSpace(rest_length_bound_mm=1.0)
+    name = "acl_rest_length_change"
+    found = landscape(
+        ParameterSpace().baseline, (name, "condyle_x"), space=space, n_points=3, threads=1
+    )
+    knee = np.array(space.baseline)
+    knee[space.names.index(name)] = 1e-3
+    np.testing.assert_allclose(found.model_deg[2, 1], np.degrees(simulate(knee).flexion), atol=1e-9)
+
+
 def test_other_bad_arguments(space):
     with pytest.raises(ParameterError, match="`n_points`"):
         landscape(space.baseline, (FIRST, SECOND), space=space, n_points=1)
@@ -121,3 +132,9 @@ def test_other_bad_arguments(space):
         landscape(np.tile(space.baseline, (2, 1)), (FIRST, SECOND), space=space)
     with pytest.raises(ParameterError, match="`name`"):
         reading(np.zeros(12), "+7 N m")
+
+
+def test_a_knee_whose_rest_lengths_are_changed_but_held(space):
+    knee = np.append(space.baseline, [1e-3, 0.0, 0.0, 0.0])
+    found = landscape(knee, (FIRST, SECOND), space=space, n_points=3, threads=1)
+    np.testing.assert_allclose(found.model_deg[1, 1], np.degrees(simulate(knee).flexion), atol=1e-9)

@@ -186,6 +186,11 @@ class TestRestLengths:
         x[28] = 1e-3
         assert np.abs(state.predict(x) - before).max() > 1e-3
 
+    def test_the_last_answer_is_not_moved_by_a_slider(self, state):
+        solved = state.update(state.x)
+        state.x[3] += 1e-3
+        assert solved.x[3] == pytest.approx(state.x[3] - 1e-3)
+
     def test_a_knee_with_other_rest_lengths_has_no_prediction_where_they_are_held(self, state):
         state.fit()
         x = np.array(state.x)
