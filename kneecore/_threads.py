@@ -58,3 +58,19 @@ def run_all(work: Callable[[_T], None], chunks: Iterable[_T], threads: int | Non
     futures = [_pool(count).submit(work, chunk) for chunk in chunks]
     for future in futures:
         future.result()
+
+
+def run_together(work: Callable[[bool], None], threads: int) -> None:
+    """Call ``work(True)`` here and ``work(False)`` on ``threads - 1`` others, as far as they come.
+
+    For work that shares itself out: the call here must be able to do all of it alone, and a call
+    that comes late must find nothing left. So a busy pool or a thread that fails to start costs
+    time, but nobody waits for it.
+    """
+    helpers = [_pool(threads).submit(work, False) for _ in range(threads - 1)]
+    try:
+        work(True)
+    finally:
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()

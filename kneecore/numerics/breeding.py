@@ -19,6 +19,9 @@ _MIX_2 = np.uint64(0x94D049BB133111EB)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _TO_UNIT = 1.0 / 9007199254740992.0  # 2^-53
 
+GENES = 32
+"""Genes handled at once: the compiler leaves no remainder of a loop of this length unvectorised."""
+
 
 @inline
 def _mix(z):  # type: ignore[no-untyped-def]
@@ -76,53 +79,71 @@ def rank(values: FloatArray, order: IntArray, spare: IntArray) -> None:
         width *= 2
 
 
+def wheel_starts(cumulative: FloatArray) -> IntArray:
+    """Return for each of n equal parts of [0, 1) the first rank on which a wheel can stop there."""
+    n = len(cumulative)
+    return np.minimum(np.searchsorted(cumulative, np.arange(n) / n, side="right"), n - 1)
+
+
 @inline
-def _spin(cumulative, u):  # type: ignore[no-untyped-def]
+def _spin(cumulative, starts, u):  # type: ignore[no-untyped-def]
     """Return the rank on which a roulette wheel stops: the first with u < cumulative."""
-    low, high = 0, cumulative.shape[0] - 1
-    while low < high:
-        middle = (low + high) // 2
-        if u < cumulative[middle]:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+    rank = starts[int(u * cumulative.shape[0])]
+    while u >= cumulative[rank]:
+        rank += 1
+    return rank
 
 
 @inline
-def _cross(key, population, mother, father, lower, upper, alpha, children, i):  # type: ignore[no-untyped-def]
+def _cross_genes(key, first, count, mother, father, lower, upper, widening, child):  # type: ignore[no-untyped-def]
+    a, b, low, high = mother[first:], father[first:], lower[first:], upper[first:]
+    genes = child[first:]
+    for k in range(count):
+        gene = 0.5 * (a[k] + b[k]) + (uniform(key, 2 + first + k) - 0.5) * widening * abs(
+            a[k] - b[k]
+        )
+        gene = gene if gene > low[k] else low[k]
+        genes[k] = gene if gene < high[k] else high[k]
+
+
+@inline
+def _cross(key, mother, father, lower, upper, alpha, child):  # type: ignore[no-untyped-def]
     """BLX-alpha: each gene uniform on the parents' interval, widened by alpha on both sides."""
-    for k in range(population.shape[1]):
-        a, b = population[mother, k], population[father, k]
-        low, high = min(a, b), max(a, b)
-        width = high - low
-        gene = low - alpha * width + uniform(key, 2 + k) * (1.0 + 2.0 * alpha) * width
-        children[i, k] = min(max(gene, lower[k]), upper[k])
+    d, widening = child.shape[0], 1.0 + 2.0 * alpha
+    if d < GENES:
+        _cross_genes(key, 0, d, mother, father, lower, upper, widening, child)
+        return
+    for first in range(0, d, GENES):
+        # The last block reaches back over genes that are there already: they come out the same.
+        begin = min(first, d - GENES)
+        _cross_genes(key, begin, GENES, mother, father, lower, upper, widening, child)
 
 
 @inline
-def _mutate_gene(key, k, gene, low, high, exponent):  # type: ignore[no-untyped-def]
+def _mutate_gene(key, k, d, gene, low, high, exponent):  # type: ignore[no-untyped-def]
     """Non-uniform mutation: a step y (1 - r^exponent) towards either bound, y the way to it."""
-    shrink = 1.0 - uniform(key, 3 + 3 * k) ** exponent
-    bound = high if uniform(key, 2 + 3 * k) < 0.5 else low
+    shrink = 1.0 - uniform(key, 3 + d + 2 * k) ** exponent
+    bound = high if uniform(key, 4 + d + 2 * k) < 0.5 else low
     return min(max(gene + shrink * (bound - gene), low), high)
 
 
 @inline
-def _mutate(key, population, parent, lower, upper, exponent, probability, children, i):  # type: ignore[no-untyped-def]
+def _mutate(key, parent, lower, upper, exponent, probability, draws, child):  # type: ignore[no-untyped-def]
     """Mutate each gene with the given probability, and one at random if none was drawn."""
-    d = population.shape[1]
-    drawn = min(int(uniform(key, 1 + 3 * d) * d), d - 1)
+    d = child.shape[0]
+    for first in range(0, draws.shape[0], GENES):
+        for k in range(GENES):
+            draws[first + k] = uniform(key, 2 + first + k)
+    drawn = min(int(uniform(key, 2 + d) * d), d - 1)
     for k in range(d):
-        children[i, k] = population[parent, k]
-        if uniform(key, 1 + 3 * k) < probability:
+        child[k] = parent[k]
+    for k in range(d):
+        if draws[k] < probability:
             drawn = -1
-            children[i, k] = _mutate_gene(
-                key, k, population[parent, k], lower[k], upper[k], exponent
-            )
+            child[k] = _mutate_gene(key, k, d, parent[k], lower[k], upper[k], exponent)
     if drawn >= 0:
-        children[i, drawn] = _mutate_gene(
-            key, drawn, population[parent, drawn], lower[drawn], upper[drawn], exponent
+        child[drawn] = _mutate_gene(
+            key, drawn, d, parent[drawn], lower[drawn], upper[drawn], exponent
         )
 
 
@@ -131,6 +152,7 @@ def breed(
     population: FloatArray,
     order: IntArray,
     cumulative: FloatArray,
+    starts: IntArray,
     lower: FloatArray,
     upper: FloatArray,
     n_elite: int,
@@ -140,30 +162,41 @@ def breed(
     probability: float,
     seed: int,
     generation: int,
+    first: int,
+    stop: int,
     children: FloatArray,
 ) -> None:
-    """Fill `children` (pop_size, d): the elite as it is, then crossover, then mutation.
+    """Fill rows `first` to `stop` of `children` (pop_size, d): elite, crossover, mutation.
+
+    A child's numbers are its own, so that any split of the rows gives the same children.
 
     Parameters
     ----------
     order : ndarray of int
         Indices of `population` by falling value.
-    cumulative : ndarray
-        Cumulative chance of each rank.
+    cumulative, starts : ndarray
+        Cumulative chance of each rank, and where to begin the look into it (`wheel_starts`).
     exponent : float
         (1 - g / G)^b, the shrinking of the non-uniform mutation.
     generation : int
         Number of this generation for the random numbers, from 1.
     """
-    for i in range(children.shape[0]):
+    d = population.shape[1]
+    draws = np.empty((d + GENES - 1) // GENES * GENES)
+    keys = np.empty(stop - first, dtype=np.uint64)
+    spins = np.empty((2, stop - first))
+    for i in range(stop - first):
+        keys[i] = stream(seed, generation, first + i)
+        spins[0, i], spins[1, i] = uniform(keys[i], 0), uniform(keys[i], 1)
+    for i in range(first, stop):
+        child, key = children[i], keys[i - first]
         if i < n_elite:
-            for k in range(children.shape[1]):
-                children[i, k] = population[order[i], k]
+            for k in range(d):
+                child[k] = population[order[i], k]
             continue
-        key = stream(seed, generation, i)
-        parent = order[_spin(cumulative, uniform(key, 0))]
+        parent = population[order[_spin(cumulative, starts, spins[0, i - first])]]
         if i < n_elite + n_crossover:
-            other = order[_spin(cumulative, uniform(key, 1))]
-            _cross(key, population, parent, other, lower, upper, alpha, children, i)
+            other = population[order[_spin(cumulative, starts, spins[1, i - first])]]
+            _cross(key, parent, other, lower, upper, alpha, child)
         else:
-            _mutate(key, population, parent, lower, upper, exponent, probability, children, i)
+            _mutate(key, parent, lower, upper, exponent, probability, draws, child)

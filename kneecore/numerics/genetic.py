@@ -31,7 +31,7 @@ __all__ = ["Fused", "GeneticOptions", "GeneticResult", "Population", "maximize"]
 FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray], FloatArray]
 
-GENERATIONS_PER_CALL = 25
+GENERATIONS_PER_CALL = 50
 """Generations that a fused objective breeds between two looks at the callback: about 2 ms."""
 
 
@@ -104,12 +104,14 @@ def _evolve_one(objective: Objective, population: Population) -> FloatArray:
     n_elite, n_crossover, _ = population.options.split(pop_size)
     order, spare = np.empty(pop_size, dtype=np.int64), np.empty(pop_size, dtype=np.int64)
     breeding.rank(population.values, order, spare)
+    chances = population.options.rank_chances(pop_size)
     generation = population.generation + 1
     children = np.empty_like(population.x)
     breeding.breed(
         population.x,
         order,
-        population.options.rank_chances(pop_size),
+        chances,
+        breeding.wheel_starts(chances),
         population.lower,
         population.upper,
         n_elite,
@@ -119,6 +121,8 @@ def _evolve_one(objective: Objective, population: Population) -> FloatArray:
         population.options.gene_mutation_probability,
         population.seed,
         generation,
+        0,
+        pop_size,
         children,
     )
     population.values = np.concatenate(

@@ -8,15 +8,22 @@ less than the tests' 1e-5 of itself; what it finds is computed again in double p
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._threads import run_together, thread_count
+from kneecore.numerics.breeding import wheel_starts
 from kneecore.numerics.genetic import Population
-from kneecore.numerics.pair_kernels import differences, evolve
+from kneecore.numerics.pair_kernels import LEAVE, N_COUNTERS, evolve
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.numerics.thin_plate import LANES
 
 FloatArray = NDArray[np.float64]
+
+_EMPTY = np.empty(0)
+_NO_BREEDING = (_EMPTY, _EMPTY, _EMPTY, np.empty(0, np.int64), 0, 0, 0.0, _EMPTY, 0.0, 0, 0, _EMPTY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,24 +51,36 @@ class SurrogatePair:
     surrogate : Surrogate
     weights : ndarray, shape (m,)
         Weight of each output's difference.
+    threads : int, optional
+        Threads that share a search; all available cores for None. They change no bit.
     """
 
-    def __init__(self, surrogate: Surrogate, weights: FloatArray) -> None:
+    def __init__(
+        self, surrogate: Surrogate, weights: FloatArray, threads: int | None = None
+    ) -> None:
         self._surrogate = surrogate
         self._weights = weights
-        wanted = np.zeros(len(surrogate.weights))
+        self._threads = thread_count(threads)
+        n_rows = -len(surrogate.weights) % 4
+        wanted = np.zeros(len(surrogate.weights) + n_rows)
         wanted[: len(weights)] = weights
+        shift = surrogate.centres.mean(axis=0)
+        centres = surrogate.centres - shift
+        # q log(q) = log(2) q log2(q), and the kernel has the binary logarithm.
+        kernel_weights = np.log(2.0) * surrogate.weights
         self._arrays = (
-            surrogate.centres.astype(np.float32),
-            surrogate.weights.astype(np.float32),
-            surrogate.tail.astype(np.float32),
+            np.ascontiguousarray(shift[: surrogate.n_dimensions]),
+            (-2.0 * centres).astype(np.float32),
+            (centres**2).sum(axis=1).astype(np.float32),
+            np.pad(kernel_weights, ((0, n_rows), (0, 0))).astype(np.float32),
+            np.pad(surrogate.tail, ((0, n_rows), (0, 0))).astype(np.float32),
             wanted.astype(np.float32),
         )
 
     def __call__(self, pairs: FloatArray) -> FloatArray:
         """Return f of `pairs`, shape (n, 2 d) -> (n,), in single precision."""
         totals = np.empty(len(pairs))
-        differences(np.ascontiguousarray(pairs), *self._arrays, totals)
+        self._share_out(np.array([pairs]), totals[None], _NO_BREEDING, len(pairs))
         return totals
 
     def exact(self, pair: FloatArray) -> float:
@@ -71,17 +90,18 @@ class SurrogatePair:
 
     def evolve(self, population: Population, n_generations: int) -> FloatArray:
         """Breed `n_generations` in place and return the best value after each."""
-        options = population.options
-        n_elite, n_crossover, _ = options.split(len(population.x))
+        pop_size, options = len(population.x), population.options
+        n_elite, n_crossover, _ = options.split(pop_size)
+        chances = options.rank_chances(pop_size)
         first = population.generation
         exponents = [population.mutation_exponent(first + 1 + k) for k in range(n_generations)]
+        populations, values = np.array([population.x] * 2), np.array([population.values] * 2)
         best = np.empty(n_generations)
-        evolve(
-            population.x,
-            population.values,
+        breeding = (
             population.lower,
             population.upper,
-            options.rank_chances(len(population.x)),
+            chances,
+            wheel_starts(chances),
             n_elite,
             n_crossover,
             options.blx_alpha,
@@ -89,8 +109,26 @@ class SurrogatePair:
             options.gene_mutation_probability,
             population.seed,
             first,
-            *self._arrays,
             best,
         )
+        self._share_out(populations, values, breeding, pop_size - n_elite)
+        last = n_generations % 2
+        population.x, population.values = populations[last], values[last]
         population.generation += n_generations
-        return best
+        return np.append(best[1:], values[last].max())
+
+    def _share_out(
+        self, populations: FloatArray, values: FloatArray, breeding: tuple[Any, ...], n_fresh: int
+    ) -> None:
+        """Evaluate, or breed and evaluate, on as many threads as come (see `evolve`)."""
+        counters = np.zeros(N_COUNTERS, dtype=np.int64)
+        arguments = (populations, values, *breeding, *self._arrays, counters)
+        call: Callable[..., None] = evolve
+
+        def work(leads: bool) -> None:
+            call(*arguments, leads)
+
+        n_blocks = -(-n_fresh // LANES)
+        run_together(work, min(self._threads, n_blocks))
+        if counters[LEAVE] > 0:  # the machine is busy
+            self._threads = 1

@@ -5,96 +5,152 @@ from numpy.typing import NDArray
 
 from kneecore._jit import inline, kernel
 from kneecore.numerics import breeding
-from kneecore.numerics.thin_plate import LANES, add_product, load, squared_distances
+from kneecore.numerics.atomic import fetch, fetch_add
+from kneecore.numerics.thin_plate import LANES
 
 FloatArray = NDArray[np.float64]
 SingleArray = NDArray[np.float32]
+IntArray = NDArray[np.int64]
 
-# log(1 + f) = f + f^2 P(f) as in `thin_plate`, in single precision; error 2e-8.
-_L0, _L1, _L2 = np.float32(-0.499999971), np.float32(0.333336706), np.float32(-0.250011477)
-_L3, _L4, _L5 = np.float32(0.199720497), np.float32(-0.165884885), np.float32(0.148347868)
-_L6, _L7 = np.float32(-0.14159647), np.float32(0.0878726549)
-_LOG_2, _ONE = np.float32(0.693147181), np.float32(1.0)
+# log2(1 + f) = f P(f) for sqrt(1/2) <= 1 + f < sqrt(2), near minimax; error 7e-9 before rounding.
+_P0, _P1, _P2 = np.float32(1.44269490), np.float32(-0.721347153), np.float32(0.480922520)
+_P3, _P4, _P5 = np.float32(-0.360721201), np.float32(0.287656665), np.float32(-0.238519445)
+_P6, _P7, _P8 = np.float32(0.217379406), np.float32(-0.210303321), np.float32(0.125412360)
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _SQRT_HALF_BITS, _MANTISSA = np.int32(1060439283), np.int32(23)
-_MAGIC_BITS, _MAGIC = np.int32(1262485504), np.float32(12582912.0)  # 2^23 + 2^22
+_NOTHING = np.int32(0)
+
+TICKET, DONE, LEAVE, N_COUNTERS = 0, 16, 32, 48
+"""Places of the counters of `evolve`, on cache lines of their own."""
+
+PATIENCE = 200_000
+"""Looks in vain at another thread, a nanosecond or so each: a block takes 30 us, so a thread that
+needs ten times that has lost its core to somebody else."""
 
 
 @inline
-def _log_single(q, parts, log_q):  # type: ignore[no-untyped-def]
-    """Fill the flat `log_q` with log(q) for positive q; 0 gives about -88, so 0 log(0) is 0."""
-    n = q.shape[0]
-    q_bits, parts_bits = q.view(np.int32), parts.view(np.int32)
-    for i in range(n):
-        exponent = np.int32((q_bits[i] - _SQRT_HALF_BITS) >> _MANTISSA)
-        parts_bits[0, i] = q_bits[i] - np.int32(exponent << _MANTISSA)
-        parts_bits[1, i] = exponent + _MAGIC_BITS
-    for i in range(n):
-        f = parts[0, i] - _ONE
-        p = _L3 + f * (_L4 + f * (_L5 + f * (_L6 + f * _L7)))
-        p = _L0 + f * (_L1 + f * (_L2 + f * p))
-        log_q[i] = (parts[1, i] - _MAGIC) * _LOG_2 + (f + f * f * p)
+def _from(points, row, stop, begin):  # type: ignore[no-untyped-def]
+    return points[min(row, stop - 1), begin:]
 
 
-@kernel
-def differences(
-    pairs: FloatArray,
-    centres: SingleArray,
-    weights: SingleArray,
-    tail: SingleArray,
-    wanted: SingleArray,
-    totals: FloatArray,
-) -> None:
-    """Fill `totals` with sum_j wanted_j |y_j(x_1) - y_j(x_2)| for `pairs` (n_pairs, 2 d).
+@inline
+def _load(points, first, stop, begin, shift, x, squares):  # type: ignore[no-untyped-def]
+    """Load ``len(shift)`` columns of rows `first` on into the lanes of `x`, and |x|^2.
 
-    Only the difference is needed, so the spline is contracted once a pair and the constants drop
-    out. The other arrays are those of `evaluate`.
+    Lanes from `stop` on repeat the last row. Eight rows at once, so that eight lanes are one store.
     """
-    n, d = centres.shape[0], pairs.shape[1] // 2
-    x1 = np.zeros((centres.shape[1], LANES), dtype=np.float32)
-    x2 = np.zeros((centres.shape[1], LANES), dtype=np.float32)
-    y = np.empty((weights.shape[0], LANES), dtype=np.float32)
-    total = np.empty(LANES, dtype=np.float32)
-    q = np.empty((n, LANES), dtype=np.float32)
-    phi = np.empty((n, LANES), dtype=np.float32)
-    log_q = np.empty((n, LANES), dtype=np.float32)
-    parts = np.empty((2, n * LANES), dtype=np.float32)
-    flat_q, flat_log = q.reshape(n * LANES), log_q.reshape(n * LANES)
-    flat_phi = phi.reshape(n * LANES)
-    for first in range(0, pairs.shape[0], LANES):
-        load(pairs, first, 0, d, x1)
-        load(pairs, first, d, d, x2)
-        squared_distances(x1, centres, q)
-        _log_single(flat_q, parts, flat_log)
-        for i in range(n * LANES):
-            flat_phi[i] = flat_q[i] * flat_log[i]
-        squared_distances(x2, centres, q)
-        _log_single(flat_q, parts, flat_log)
-        for i in range(n * LANES):
-            flat_phi[i] -= flat_q[i] * flat_log[i]
-        for k in range(x1.shape[0]):
-            for j in range(LANES):
-                x1[k, j] -= x2[k, j]
-        for row in range(y.shape[0]):
-            for j in range(LANES):
-                y[row, j] = 0.0
-        add_product(weights, phi, y)
-        add_product(tail, x1, y)
+    for j in range(0, LANES, 8):
+        a, b = _from(points, first + j, stop, begin), _from(points, first + j + 1, stop, begin)
+        c, d = _from(points, first + j + 2, stop, begin), _from(points, first + j + 3, stop, begin)
+        e, f = _from(points, first + j + 4, stop, begin), _from(points, first + j + 5, stop, begin)
+        g, h = _from(points, first + j + 6, stop, begin), _from(points, first + j + 7, stop, begin)
+        for k in range(shift.shape[0]):
+            lanes, s = x[k, j:], shift[k]
+            lanes[0], lanes[1], lanes[2], lanes[3] = a[k] - s, b[k] - s, c[k] - s, d[k] - s
+            lanes[4], lanes[5], lanes[6], lanes[7] = e[k] - s, f[k] - s, g[k] - s, h[k] - s
+    for j in range(LANES):
+        squares[j] = _ZERO
+    for k in range(x.shape[0]):
         for j in range(LANES):
-            total[j] = 0.0
-        for row in range(y.shape[0]):
+            squares[j] += x[k, j] * x[k, j]
+
+
+@inline
+def _add_product(matrix, first, v, y):  # type: ignore[no-untyped-def]
+    """Add rows `first` to `first` + 4 of `matrix` times `v` (n, LANES) to `y` (4, LANES)."""
+    r, s, t = first + 1, first + 2, first + 3
+    for i in range(0, v.shape[0], 4):
+        k, m, n = i + 1, i + 2, i + 3
+        a0, a1, a2, a3 = matrix[first, i], matrix[first, k], matrix[first, m], matrix[first, n]
+        b0, b1, b2, b3 = matrix[r, i], matrix[r, k], matrix[r, m], matrix[r, n]
+        c0, c1, c2, c3 = matrix[s, i], matrix[s, k], matrix[s, m], matrix[s, n]
+        d0, d1, d2, d3 = matrix[t, i], matrix[t, k], matrix[t, m], matrix[t, n]
+        for j in range(LANES):
+            v0, v1, v2, v3 = v[i, j], v[k, j], v[m, j], v[n, j]
+            y[0, j] += a0 * v0 + a1 * v1 + a2 * v2 + a3 * v3
+            y[1, j] += b0 * v0 + b1 * v1 + b2 * v2 + b3 * v3
+            y[2, j] += c0 * v0 + c1 * v1 + c2 * v2 + c3 * v3
+            y[3, j] += d0 * v0 + d1 * v1 + d2 * v2 + d3 * v3
+
+
+@inline
+def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type: ignore[no-untyped-def]
+    """Fill `q` (4, LANES) with q log2(q) of the squared distances from four centres on.
+
+    q = |x|^2 + |c|^2 - 2 x.c, and `centres` holds -2 c. Exponent and mantissa of q are taken apart
+    as integers in `parts` (2, 4 LANES).
+    """
+    for i in range(4):
+        for j in range(LANES):
+            q[i, j] = squares[j] + centre_squares[first + i]
+    _add_product(centres, first, x, q)
+    flat = q.reshape(4 * LANES)
+    bits, mantissa_bits = flat.view(np.int32), parts[0].view(np.int32)
+    mantissas, exponents = parts[0], parts[1]
+    for i in range(4 * LANES):
+        bits[i] = max(bits[i], _NOTHING)  # rounding may leave q a little below 0
+        exponent = np.int32((bits[i] - _SQRT_HALF_BITS) >> _MANTISSA)
+        mantissa_bits[i] = bits[i] - np.int32(exponent << _MANTISSA)
+        exponents[i] = np.float32(exponent)
+    for i in range(4 * LANES):
+        f = mantissas[i] - _ONE
+        p = _P4 + f * (_P5 + f * (_P6 + f * (_P7 + f * _P8)))
+        p = _P0 + f * (_P1 + f * (_P2 + f * (_P3 + f * p)))
+        flat[i] *= exponents[i] + f * p
+
+
+@inline
+def _compare(  # type: ignore[no-untyped-def]
+    pairs, first, stop, shift, centres, centre_squares, weights, tail, wanted, totals
+):
+    """Fill `totals` from `first` to `stop`, at most LANES further; see `evolve`."""
+    n, d = centres.shape[0], shift.shape[0]
+    x = np.zeros((2, centres.shape[1], LANES), dtype=np.float32)
+    squares, total = np.empty((2, LANES), dtype=np.float32), np.zeros(LANES, dtype=np.float32)
+    q, y = np.empty((4, LANES), dtype=np.float32), np.empty((4, LANES), dtype=np.float32)
+    parts = np.empty((2, 4 * LANES), dtype=np.float32)
+    phi = np.empty((n, LANES), dtype=np.float32)
+    for half in range(2):
+        _load(pairs, first, stop, half * d, shift, x[half], squares[half])
+        for i in range(0, n, 4):
+            _four_kernels(x[half], squares[half], centres, centre_squares, i, q, parts)
+            for k in range(4):
+                for j in range(LANES):
+                    phi[i + k, j] = q[k, j] if half == 0 else phi[i + k, j] - q[k, j]
+    for k in range(x.shape[1]):
+        for j in range(LANES):
+            x[0, k, j] -= x[1, k, j]
+    for row in range(0, weights.shape[0], 4):
+        for k in range(4):
             for j in range(LANES):
-                total[j] += wanted[row] * abs(y[row, j])
-        for j in range(min(LANES, pairs.shape[0] - first)):
-            totals[first + j] = total[j]
+                y[k, j] = _ZERO
+        _add_product(weights, row, phi, y)
+        _add_product(tail, row, x[0], y)
+        for k in range(4):
+            for j in range(LANES):
+                total[j] += wanted[row + k] * abs(y[k, j])
+    for j in range(stop - first):
+        totals[first + j] = total[j]
+
+
+@inline
+def _wait(counters, n_done):  # type: ignore[no-untyped-def]
+    """Wait until `n_done` blocks are done."""
+    looks = 0
+    while fetch(counters, DONE) < n_done:
+        looks += 1
+        if looks == PATIENCE:
+            fetch_add(counters, LEAVE)
 
 
 @kernel
 def evolve(
-    population: FloatArray,
+    populations: FloatArray,
     values: FloatArray,
     lower: FloatArray,
     upper: FloatArray,
     cumulative: FloatArray,
+    starts: IntArray,
     n_elite: int,
     n_crossover: int,
     alpha: float,
@@ -102,41 +158,99 @@ def evolve(
     probability: float,
     seed: int,
     generation: int,
+    best: FloatArray,
+    shift: FloatArray,
     centres: SingleArray,
+    centre_squares: SingleArray,
     weights: SingleArray,
     tail: SingleArray,
     wanted: SingleArray,
-    best: FloatArray,
+    counters: IntArray,
+    leads: bool,
 ) -> None:
-    """Breed and evaluate ``len(best)`` generations in place."""
-    pop_size = population.shape[0]
-    children = np.empty_like(population)
+    """Breed and evaluate ``len(exponents)`` generations, alone or with other threads that call too.
+
+    The value of a pair is sum_j wanted_j |y_j(x_1) - y_j(x_2)|. Only the difference is needed, so
+    the spline is contracted once a pair and the constants drop out.
+
+    The children of a generation are split into blocks of LANES. A thread draws a ticket for each
+    block that it takes on, in order; a generation begins when all blocks of the one before are
+    done. So nobody waits for a thread that has not come, only for one that is at work; and if one
+    is so slow that it must have lost its core, the others than the leader leave.
+
+    Parameters
+    ----------
+    populations, values : ndarray, shapes (2, pop_size, 2 d) and (2, pop_size)
+        Generations in turn; the first is ``populations[0]``. With no `exponents`, shapes
+        (1, pop_size, 2 d) and (1, pop_size): it is evaluated, and that is all.
+    shift : ndarray, shape (d,)
+        A point amid the centres: distances are taken from there, so that few digits cancel.
+    centres, centre_squares : ndarray, shapes (n, d') and (n,)
+        -2 (c - shift) and |c - shift|^2.
+    weights, tail, wanted : ndarray, shapes (m, n), (m, d') and (m,)
+        The spline's weights of q log2(q), its linear tail, and the outputs' weights. Rows and
+        columns of all are padded to multiples of 4.
+    best : ndarray, shape (n_generations,)
+        Filled with the best value of each generation but the last.
+    counters : ndarray of int, shape (N_COUNTERS,)
+        Zeros, shared by the threads.
+    leads : bool
+        Whether this thread stays to the end.
+    """
+    pop_size, n_generations = populations.shape[1], exponents.shape[0]
+    n_kept = n_elite if n_generations > 0 else 0
     order, spare = np.empty(pop_size, dtype=np.int64), np.empty(pop_size, dtype=np.int64)
-    fresh, kept = np.empty(pop_size - n_elite), np.empty(n_elite)
-    for step in range(best.shape[0]):
-        breeding.rank(values, order, spare)
-        breeding.breed(
-            population,
-            order,
-            cumulative,
-            lower,
-            upper,
-            n_elite,
-            n_crossover,
-            alpha,
-            exponents[step],
-            probability,
-            seed,
-            generation + 1 + step,
-            children,
+    n_blocks = (pop_size - n_kept + LANES - 1) // LANES
+    n_tickets = n_blocks * max(n_generations, 1)
+    ranked = -1
+    ticket = fetch_add(counters, TICKET)
+    while ticket < n_tickets:
+        step, block = ticket // n_blocks, ticket % n_blocks
+        first = n_kept + block * LANES
+        stop = min(first + LANES, pop_size)
+        old, new = step % 2, (step + 1) % 2 if n_generations > 0 else 0
+        if n_generations > 0:
+            if step != ranked:
+                _wait(counters, step * n_blocks)
+                breeding.rank(values[old], order, spare)
+                ranked = step
+            if block == 0:
+                best[step] = values[old, order[0]]
+                for i in range(n_elite):
+                    values[new, i] = values[old, order[i]]
+            breeding.breed(
+                populations[old],
+                order,
+                cumulative,
+                starts,
+                lower,
+                upper,
+                n_elite,
+                n_crossover,
+                alpha,
+                exponents[step],
+                probability,
+                seed,
+                generation + 1 + step,
+                first if block > 0 else 0,
+                stop,
+                populations[new],
+            )
+        _compare(
+            populations[new],
+            first,
+            stop,
+            shift,
+            centres,
+            centre_squares,
+            weights,
+            tail,
+            wanted,
+            values[new],
         )
-        differences(children[n_elite:], centres, weights, tail, wanted, fresh)
-        for i in range(n_elite):
-            kept[i] = values[order[i]]
-        top = kept[0]
-        for i in range(pop_size):
-            values[i] = kept[i] if i < n_elite else fresh[i - n_elite]
-            top = max(top, values[i])
-            for k in range(population.shape[1]):
-                population[i, k] = children[i, k]
-        best[step] = top
+        fetch_add(counters, DONE)
+        if not leads and fetch(counters, LEAVE) > 0:
+            return
+        ticket = fetch_add(counters, TICKET)
+    if leads:
+        _wait(counters, n_tickets)

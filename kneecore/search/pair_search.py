@@ -279,6 +279,7 @@ def find_pair(
     weights: FloatArray | None,
     settings: PairSettings,
     callback: Callback | None = None,
+    threads: int | None = None,
 ) -> PairOutcome:
     """Find the two points of the unit cube whose outputs differ most.
 
@@ -293,6 +294,8 @@ def find_pair(
     settings : PairSettings
     callback : callable, optional
         Gets `Progress`; a true result cancels. A cancelled search returns the best pair so far.
+    threads : int, optional
+        Threads that share a search in the surrogate; all available cores for None.
 
     Raises
     ------
@@ -304,7 +307,7 @@ def find_pair(
     if settings.search_space == "surrogate":
         training = train(model, n_dimensions, settings, callback)
         wanted = checked_weights(weights, training.surrogate.n_values)
-        objective = SurrogatePair(training.surrogate, wanted)
+        objective = SurrogatePair(training.surrogate, wanted, threads)
     else:
         n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
         wanted = checked_weights(weights, n_values)

@@ -223,7 +223,7 @@ def _worst_knees(
     warm_up(settings.search_space, method=settings.method, solver=solver)
     compiled = time.perf_counter() - started
     if settings.method == "ga":
-        outcome = find_pair(model, space.n_free, weights, settings, callback)
+        outcome = find_pair(model, space.n_free, weights, settings, callback, n_threads)
     elif settings.search_space == "model":
         outcome = exact_in_knee(model, objective, settings, callback)
     else:

@@ -24,6 +24,7 @@ def bred(population, values, *, options=None, seed=0, generation=1, exponent=1.0
         population,
         order,
         options.rank_chances(n),
+        breeding.wheel_starts(options.rank_chances(n)),
         lower,
         upper,
         n_elite,
@@ -33,6 +34,8 @@ def bred(population, values, *, options=None, seed=0, generation=1, exponent=1.0
         options.gene_mutation_probability,
         seed,
         generation,
+        0,
+        n,
         children,
     )
     return children, order
@@ -121,6 +124,41 @@ def test_roulette_follows_the_ranks():
     share = share / share.sum()
     # Linear ranking with eta_min 0: 7/16, 5/16, 3/16, 1/16 of the parents a quarter.
     np.testing.assert_allclose(share, [0.4375, 0.3125, 0.1875, 0.0625], atol=0.01)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 80), st.floats(0.0, 1.0), st.integers(0, 1000))
+def test_a_wheel_stops_at_the_first_rank_above(n, eta_min, seed):
+    cumulative = GeneticOptions(rank_eta_min=eta_min).rank_chances(n)
+    starts = breeding.wheel_starts(cumulative)
+    for u in [0.0, np.nextafter(1.0, 0.0), *np.random.default_rng(seed).random(20)]:
+        rank = breeding._spin(cumulative, starts, u)
+        assert rank == np.searchsorted(cumulative, u, side="right")
+
+
+def test_rows_of_children_can_be_bred_apart():
+    population = np.random.default_rng(0).random((60, 40))
+    whole, order = bred(population, np.arange(60.0))
+    options, parts = GeneticOptions(), np.full_like(whole, np.nan)
+    chances = options.rank_chances(60)
+    for first, stop in ((40, 60), (0, 7), (7, 40)):
+        breeding.breed(
+            population, order, chances, breeding.wheel_starts(chances), np.zeros(40), np.ones(40),
+            6, 42, 0.5, 1.0, 0.05, 0, 1, first, stop, parts,
+        )  # fmt: skip
+    np.testing.assert_array_equal(parts, whole)
+
+
+@pytest.mark.parametrize("d", [5, 31, 32, 33, 56, 64, 70])
+def test_each_gene_of_a_child_has_a_number_of_its_own(d):
+    population = np.array([np.zeros(d), np.ones(d)] * 100)
+    children, _ = bred(population, np.zeros(200))
+    crossed = children[20:160]
+    mixed = crossed[((crossed > 0.0) & (crossed < 1.0)).sum(axis=1) > 1]
+    inside = mixed[(mixed > 0.0) & (mixed < 1.0)]
+    assert len(inside) > 20 * d
+    assert len(np.unique(inside)) == len(inside)
+    assert abs(inside.mean() - 0.5) < 0.05
 
 
 def test_rank_chances():

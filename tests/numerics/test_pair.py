@@ -1,10 +1,16 @@
 """The pair objective: the fused search against the general one."""
 
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+
 import numpy as np
 import pytest
 
+from kneecore import _threads
+from kneecore.numerics import pair as pair_module
 from kneecore.numerics.genetic import Fused, maximize
 from kneecore.numerics.pair import ModelPair, SurrogatePair
+from kneecore.numerics.pair_kernels import LEAVE, TICKET
 from kneecore.numerics.surrogate import Surrogate
 
 
@@ -41,12 +47,102 @@ def test_the_fused_search_gives_the_bytes_of_the_general_one(surrogate):
     assert one.n_evaluations == two.n_evaluations
 
 
-def test_a_fused_search_can_be_cancelled(surrogate):
+def fused_search(surrogate, threads, pop_size=300, n_generations=70):
+    """Return a search of several blocks of children a generation."""
+    objective = SurrogatePair(surrogate, np.ones(5), threads)
+    return maximize(
+        objective, np.zeros(14), np.ones(14), pop_size=pop_size, n_generations=n_generations
+    )
+
+
+def assert_same_bytes(one, two):
+    assert one.x.tobytes() == two.x.tobytes()
+    assert one.history.tobytes() == two.history.tobytes()
+
+
+@pytest.mark.parametrize("pop_size", [100, 200, 213, 450])
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_no_bit_of_a_fused_search(surrogate, threads, pop_size):
+    alone, shared = (fused_search(surrogate, n, pop_size) for n in (1, threads))
+    assert_same_bytes(alone, shared)
+
+
+def test_a_value_does_not_depend_on_the_batch(surrogate):
+    pairs = np.random.default_rng(4).random((250, 14))
+    objective = SurrogatePair(surrogate, np.ones(5))
+    alone = np.concatenate([objective(pair[None]) for pair in pairs])
+    np.testing.assert_array_equal(objective(pairs), alone)
+
+
+def test_a_fused_search_needs_no_free_thread(surrogate, monkeypatch):
+    free, wanted = Event(), fused_search(surrogate, 1)
+    with ThreadPoolExecutor(2) as pool:
+        monkeypatch.setattr(_threads, "_pool", lambda _: pool)
+        blocked = [pool.submit(free.wait, 60) for _ in range(2)]
+        try:
+            assert_same_bytes(fused_search(surrogate, 2), wanted)
+            assert not any(b.done() for b in blocked)
+        finally:
+            free.set()
+
+
+def test_the_leader_of_a_fused_search_may_come_last(surrogate, monkeypatch):
+    wanted = fused_search(surrogate, 1)
+
+    def helper_first(work, threads):
+        if threads > 1:
+            work(False)
+        work(True)
+
+    monkeypatch.setattr(pair_module, "run_together", helper_first)
+    assert_same_bytes(fused_search(surrogate, 2), wanted)
+
+
+def test_a_helper_that_is_too_slow_leaves_and_the_search_goes_on_alone(surrogate, monkeypatch):
+    wanted, kernel, calls = fused_search(surrogate, 1), pair_module.evolve, []
+
+    def busy_machine(*arguments):
+        counters, leads = arguments[-2:]
+        counters[LEAVE] = not leads
+        kernel(*arguments)
+        calls.append((leads, int(counters[TICKET])))
+        counters[LEAVE] = 1
+
+    def helper_first(work, threads):
+        for leads in (False, True)[threads < 2 :]:
+            work(leads)
+
+    monkeypatch.setattr(pair_module, "evolve", busy_machine)
+    monkeypatch.setattr(pair_module, "run_together", helper_first)
+    assert_same_bytes(fused_search(surrogate, 2), wanted)
+    # The first population: one block of four by the helper, and never again a helper.
+    assert calls[0] == (False, 1)
+    assert [leads for leads, _ in calls] == [False, True, True, True]
+
+
+def test_a_centre_far_from_the_origin_costs_no_digits():
+    rng = np.random.default_rng(5)
+    points = 1e4 + rng.random((40, 7))
+    surrogate = Surrogate.fit(points, 30.0 * np.sin((points - 1e4) @ rng.normal(size=(7, 5))))
+    pairs = 1e4 + rng.random((100, 14))
+    fast, slow = SurrogatePair(surrogate, np.ones(5)), ModelPair(surrogate, np.ones(5))
+    np.testing.assert_allclose(fast(pairs), slow(pairs), rtol=1e-4, atol=1e-3)
+
+
+def test_at_a_centre_a_spline_is_finite(surrogate):
+    points = surrogate.centres[: surrogate.n_dimensions + 30, :7]
+    pairs = np.hstack([points, points[::-1]])
+    fast, slow = SurrogatePair(surrogate, np.ones(5)), ModelPair(surrogate, np.ones(5))
+    np.testing.assert_allclose(fast(pairs), slow(pairs), rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_fused_search_can_be_cancelled(surrogate, threads):
     result = maximize(
-        SurrogatePair(surrogate, np.ones(5)),
+        SurrogatePair(surrogate, np.ones(5), threads),
         np.zeros(14),
         np.ones(14),
-        pop_size=20,
+        pop_size=220,
         n_generations=200,
         callback=lambda generation, best: generation >= 50,
     )

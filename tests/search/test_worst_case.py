@@ -127,7 +127,7 @@ def same_bytes(*results):
 
 @pytest.mark.parametrize("search_space", ["surrogate", "model"])
 def test_threads_change_no_byte_and_seeds_do(search_space):
-    options = {"search_space": search_space, "pop_size": 20, "n_generations": 12}
+    options = {"search_space": search_space, "pop_size": 120, "n_generations": 12}
     one, two = (worst_case(seed=7, threads=threads, **options) for threads in (1, 2))
     assert one.threads == 1
     assert two.threads == 2
@@ -148,11 +148,11 @@ def test_progress_goes_through_the_stages():
 @pytest.mark.parametrize("search_space", ["surrogate", "model"])
 def test_a_cancelled_search_returns_the_best_pair_so_far(search_space):
     def stop(report):
-        return report.stage == "search" and report.done >= 25
+        return report.stage == "search" and report.done >= 50
 
     cancelled = worst_case(search_space=search_space, pop_size=20, callback=stop)
     assert cancelled.stop_reason == "cancelled"
-    assert len(cancelled.history) == 26
+    assert len(cancelled.history) == 51
     assert cancelled.objective_model > 0.0
 
 
