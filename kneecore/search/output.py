@@ -53,6 +53,8 @@ def write_all(
             (folder / name).unlink(missing_ok=True)
         for temporary, path in staged:
             os.replace(temporary, path)
+    except OutputError:  # it names the file already
+        raise
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written ({error.strerror or error})") from None
     finally:

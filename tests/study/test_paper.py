@@ -1,7 +1,6 @@
 """The paper redone: claims, measures, verdicts, and the report as a reader gets it."""
 
 import base64
-import dataclasses
 import json
 import re
 from html.parser import HTMLParser
@@ -18,17 +17,11 @@ from kneecore.study.paper.blocks import Heading, Paragraph, Table, to_html, to_m
 from kneecore.study.paper.claims import packaged_paper
 from kneecore.study.paper.cli import main
 from kneecore.study.paper.content import TIMES
-from kneecore.study.paper.figure_2 import ATTACHMENTS, geometry_changes
-from kneecore.study.paper.measures import MEASURES, ap_slopes
+from kneecore.study.paper.measures import MEASURES
 from kneecore.study.paper.verdict import OUTCOMES, judge
 
 CLAIMS = packaged_paper().claims
 BY_ID = {claim.id: claim for claim in CLAIMS}
-
-
-@pytest.fixture(scope="module")
-def report():
-    return redo_paper(quick=True)
 
 
 @pytest.fixture(scope="module")
@@ -107,80 +100,6 @@ def test_what_failed_is_left_out_and_told():
 @pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule == "none"], ids=lambda c: c.id)
 def test_what_the_paper_does_not_tell_is_not_judged(claim):
     assert judge(claim, 1.0).outcome == "cannot be compared"
-
-
-# Measures
-
-
-def test_contact_slopes_are_those_of_a_straight_line(report):
-    """Independent: a contact that moves by known slopes on either side of 54.79 deg."""
-    knee = report.experiments.main.baseline
-    angles = np.degrees(knee.flexion)
-    moved = np.where(angles < 54.79, -0.1, -0.4) * (angles - 54.79) - 8.1
-    made = dataclasses.replace(knee, ap_position=1e-3 * moved)
-    assert ap_slopes(made) == pytest.approx((-0.1, -0.4))
-
-
-def test_figure_2_sees_a_shift_along_and_across_the_plateau(report):
-    worst = report.experiments.main
-    along = np.radians(-54.79 + 9.0)  # the baseline's plateau in the load-free pose
-    for direction, expected in ((along, (1.0, 0.0)), (along + np.pi / 2.0, (0.0, 1.0))):
-        x = np.array([worst.space.baseline] * 2)
-        for axis, part in (("x", np.cos(direction)), ("y", np.sin(direction))):
-            x[0, kneecore.NAMES.index(f"acl_femur_{axis}")] += 1e-3 * part
-        x[1, kneecore.NAMES.index("lcl_stiffness")] *= 1.07
-        same = worst.baseline
-        moved, stiff = geometry_changes(dataclasses.replace(worst, x=x, model_1=same, model_2=same))
-        k = ATTACHMENTS.index("acl_femur")
-        assert (moved.along_mm[k], moved.across_mm[k]) == pytest.approx(expected, abs=1e-9)
-        assert np.delete(moved.along_mm, k) == pytest.approx(np.zeros(7), abs=1e-9)
-        assert np.flatnonzero(np.abs(moved.angle_deg) > 1e-9).tolist() == [0]
-        assert stiff.stiffness_percent == pytest.approx([0.0, 0.0, 0.0, 7.0])
-
-
-def test_a_ligament_turns_as_far_as_the_law_of_cosines_says(report):
-    """Independent: the angle between the two lines by their lengths and that of the gap."""
-    worst = report.experiments.main
-    x = np.array([worst.space.baseline] * 2)
-    x[0, kneecore.NAMES.index("mcl_femur_x")] += 2e-3
-    same = worst.baseline
-    turned, _ = geometry_changes(dataclasses.replace(worst, x=x, model_1=same, model_2=same))
-    before = same.rest_length[2]
-    after = kneecore.simulate(x[0]).rest_length[2]
-    cosine = (before**2 + after**2 - (2e-3) ** 2) / (2.0 * before * after)
-    assert abs(turned.angle_deg[2]) == pytest.approx(np.degrees(np.arccos(cosine)), rel=1e-4)
-
-
-def test_measures_tell_what_the_experiments_hold(report):
-    done = report.experiments
-    worst = done.main
-    assert MEASURES["baseline_flexion_deg"](done) == pytest.approx(118.986, abs=1e-3)
-    assert MEASURES["baseline_cruciate_force_n"](done) == pytest.approx(286.9, abs=0.1)
-    assert MEASURES["cruciates_cross"](done) == 1.0
-    ordered = np.count_nonzero(worst.model_1.flexion < worst.model_2.flexion)
-    assert MEASURES["loads_in_order"](done) == ordered
-    assert MEASURES["gap_percent"](done)[0] == worst.gap_percent
-    share = done.cases["material"].objective_model / worst.objective_model
-    assert MEASURES["material_share"](done) == share
-
-
-def test_a_failed_worst_case_makes_no_claim_agree(report):
-    done = report.experiments
-    nothing = {
-        field.name: np.full_like(value, np.nan)
-        for field in dataclasses.fields(done.main.model_1)
-        if isinstance(value := getattr(done.main.model_1, field.name), np.ndarray)
-        and value.dtype == np.float64
-        and field.name not in ("moment", "load_free_position", "rest_length")
-    }
-    failed = dataclasses.replace(done.main.model_1, refinements=-1, **nothing)
-    main_search = dataclasses.replace(
-        done.main, model_1=failed, objective_model=None, gap_percent=None
-    )
-    done = dataclasses.replace(done, cases={**done.cases, "both": main_search})
-    for name in ("over_extends", "small_forces", "order_kept", "geometry_decides"):
-        claim = BY_ID[name]
-        assert judge(claim, MEASURES[claim.measure](done)).outcome == "cannot be compared"
 
 
 # The report
@@ -386,5 +305,5 @@ def test_a_full_disk_takes_no_verdict_away(capsys, tmp_path, monkeypatch):
     assert code == 2
     assert "claims" in out
     assert len(err.splitlines()) == 1
-    assert "No space left" in err
+    assert err.count("No space left") == err.count("cannot be written") == 1
     assert list(folder.iterdir()) == []
