@@ -97,11 +97,11 @@ class Session:
         """End the worker and a running search."""
         if self.job is not None:
             self.job.cancel()
-        self.live_search.stop()
         if self.study.job is not None:
             self.study.job.cancel()
         self.landscape.stop()
         self.worker.stop()
+        self.live_search.stop()
 
     def post(self, key: Hashable, value: Any = None) -> None:
         """Ask the worker for something; returns at once."""

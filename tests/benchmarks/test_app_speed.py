@@ -227,4 +227,102 @@ def test_mouse_move_to_drawn_curve(small_page):
     assert np.median(latencies) < 0.5
 
 
+def live_bound(client):
+    """Pause the motion, follow live, and return the bound's widget."""
+    is_ready(client)
+    motion = next(u for u, p in client.props.items() if p.get("options") == ["Play", "Pause"])
+    client.set(motion, "Pause")
+    client.set(slider(client, "Live worst case"), True)
+    plot = chart(client)
+    # The kernels of the exact search come last.
+    client.wait(lambda c: np.isfinite(worst_and_band(c.props[plot]["data"])).all(), 120)
+    return slider(client, "Geometry, mm")
+
+
+def worst_and_band(data):
+    """The angles at +5 N m of both worst cases and of both edges of the band, deg."""
+    at = np.argmin(np.abs(data[0] - 5.0))
+    return np.array([data[i][at] for i in (3, 4, -5, -4)])
+
+
+def live_answer(mm):
+    space = ParameterSpace(geometry_bound_mm=mm)
+    worst = kneecore.worst_case(space, method="exact", solver="equilibrium", threads=1)
+    band = kneecore.monte_carlo(space, n_samples=2000, solver="equilibrium", threads=1).flexion_deg
+    knees = np.degrees([worst.model_1.flexion[5], worst.model_2.flexion[5]])
+    return np.array([band.percentile_lower[5], band.percentile_upper[5], *knees])
+
+
+def test_bound_event_to_live_worst_case_message():
+    """Both worst cases and the band of 2,000 knees, without a browser's drawing."""
+    moves = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.3, 1.2, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6]
+    wanted = {mm: live_answer(mm) for mm in set(moves)}
+    took = []
+    with server() as (_, port), WireClient(port) as client:
+        uuid, plot = live_bound(client), chart(client)
+        time.sleep(1.0)
+        for mm in moves:
+            start = time.perf_counter()
+            client.set(uuid, mm)
+            arrived = client.wait(
+                lambda c, w=wanted[mm]: (
+                    np.abs(worst_and_band(c.props[plot]["data"]) - w).max() < 1e-6 and c.arrived
+                )
+            )
+            took.append(arrived - start)
+            time.sleep(0.3)
+    tell("bound event to live worst case and band, message", took)
+    assert np.median(took) < 0.4
+
+
+RECORD_LIVE = """uuid => {
+  window.__asked = []; window.__seen = [];
+  addEventListener('keydown', () => window.__asked.push(performance.now()), true);
+  const state = () => {
+    const { data } = window.__viserTestpoints.uplots[uuid].chart, top = data[0].length - 2;
+    const curves = [3, 4, data.length - 5, data.length - 4].map((i) => data[i][top]);
+    const turns = ['/worst_1/tibia', '/worst_2/tibia'].map(
+      (name) => window.__viserMutable.nodeRefFromName[name].quaternion.z);
+    return [...curves, ...turns];
+  };
+  let last = state();
+  const look = () => {  // all of it: both knees on the stage, both curves, both edges of the band
+    const now = state();
+    if (now.every((v, i) => v !== last[i])) { last = now; window.__seen.push(performance.now()); }
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+
+
+def test_bound_move_to_live_worst_case(chromium):
+    """Aim: a median under 150 ms from the key to both knees and the band on the screen."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    page = context.new_page()
+    with server() as (_, port), WireClient(port) as client:
+        live_bound(client)
+        page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
+        page.wait_for_function(READY, timeout=60_000)
+        page.get_by_text("Bounds: how uncertain?").click()
+        box = page.get_by_text("Geometry, mm", exact=True).locator(
+            "xpath=ancestor::div[contains(@class,'Flex-root')][1]"
+        ).locator("input:not([type='hidden'])")  # fmt: skip
+        box.focus()
+        page.wait_for_timeout(2000)
+        page.evaluate(RECORD_LIVE, chart(client))
+        for key in ["ArrowUp"] * 5 + ["ArrowDown"] * 10 + ["ArrowUp"] * 5:
+            page.keyboard.press(key)
+            page.wait_for_timeout(700)
+        asked, seen = page.evaluate("() => [window.__asked, window.__seen]")
+    context.close()
+    took = []
+    for at, following in zip(asked, [*asked[1:], np.inf], strict=True):
+        answer = [t for t in seen if at <= t < following]
+        if answer:
+            took.append(1e-3 * (answer[0] - at))
+    tell("bound moved to live worst case and band drawn", took, moves=len(asked))
+    assert len(took) >= 15
+    assert np.median(took) < 0.5
+
+
 assert ARGUMENTS  # what the browser is started with: software rendering
