@@ -1,5 +1,6 @@
 """What a session does with its knee: sliders, presets, bounds, a new baseline. On its worker."""
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -7,12 +8,17 @@ import numpy as np
 
 from kneecore import Knee, KneecoreError, parameter_table
 from kneecore.parameters import widened
-from kneeviz import controls, do_live, markup, wire
+from kneeviz import controls, markup, wire
 from kneeviz.do_result import show_result
 from kneeviz.state import PRESETS, WIDTH, preset_knee, random_knee, shown_bounds, with_bound
 
 if TYPE_CHECKING:
     from kneeviz.session import Session
+
+
+_WIDTHS = ("geometry_mm", "slope_deg", "material_percent")
+"""Bounds that only make the box wider or narrower."""
+_REST_SECONDS = 0.25
 
 
 def _ready(session: "Session", _value: Any, what: str) -> None:
@@ -84,21 +90,30 @@ def _reset_group(session: "Session", _value: Any, group: str) -> None:
 
 def _bound(session: "Session", value: Any, name: str) -> None:
     client_id, state = value.client_id, session.state
+    live, x = session.live.on and name in _WIDTHS, state.x
     try:
-        state.set_bounds(with_bound(state.bounds, name, value.value))
+        state.set_bounds(with_bound(state.bounds, name, value.value), keep_surrogate=live)
     except KneecoreError as error:
         session.notices.tell(client_id, "Bounds not changed", str(error))
         _mirror_bounds(session)
         return
-    if session.live.on:
-        do_live.follow(session)  # it searches while the rest is done here
-    else:
-        session.show_band(None)  # it was that of the old bounds
-    session.mirror_sliders()
+    if live:  # the worst case goes first; the rest waits for the hand to rest
+        session.settle_at = time.monotonic() + _REST_SECONDS
+        if not np.array_equal(state.x, x):
+            session.show_knee(state.x, final=True)
+        return
+    session.show_band(None)  # it was that of the old bounds
     if session.model_ready:
         state.solve_baseline()
         session.show_knee(state.x, final=True)
-    _refit(session, client_id)
+    _settle(session, value)
+
+
+def _settle(session: "Session", value: Any) -> None:
+    """Bring sliders and surrogate to bounds that were changed."""
+    session.settle_at = None
+    session.mirror_sliders()
+    _refit(session, None if value is None else value.client_id)
     show_result(session)
 
 
@@ -151,4 +166,5 @@ DEEDS: dict[str, Callable[..., None]] = {
     "reset_all": _reset_all,
     "reset_group": _reset_group,
     "bound": _bound,
+    "settle": _settle,
 }

@@ -65,6 +65,8 @@ class Session:
         self.job: SearchJob | None = None
         self.live = Live()
         self.live_search = LiveSearch(self.post)
+        self.settle_at: float | None = None
+        """When to bring sliders and surrogate to bounds that moved, s of `time.monotonic`."""
         self.rising: list[float] = []
         self.overlay = False
         self.study = do_study.StudyDesk()
@@ -117,6 +119,8 @@ class Session:
         now = time.monotonic()
         for key, value in actions:
             self._perform(key, value)
+        if self.settle_at is not None and now >= self.settle_at:
+            self._perform("settle", None)
         slow_at = do_live.follow(self)
         if actions and self.shown_stale != self.is_stale():
             show_result(self)
@@ -126,7 +130,8 @@ class Session:
             self.draw()
         else:
             self.target.flush()
-        due = min((d for d in (self.notices.deliver(now), slow_at) if d is not None), default=None)
+        times = (self.notices.deliver(now), slow_at, self.settle_at)
+        due = min((t for t in times if t is not None), default=None)
         if self._moving() and self.clients():
             # Under a moving slider its answers are the frames: more would only keep them waiting.
             frame = _DRAG_FRAME if now - self._edited < _DRAG_SECONDS else FRAME_SECONDS

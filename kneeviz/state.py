@@ -207,8 +207,10 @@ class KneeState:
             self.current = solved
         self.predicted = self.predict(x)
 
-    def set_bounds(self, bounds: Bounds) -> None:
+    def set_bounds(self, bounds: Bounds, *, keep_surrogate: bool = False) -> None:
         """Take other bounds; the visitor's knee is drawn into them.
+
+        With `keep_surrogate` that of the old bounds stays until the next fit.
 
         Raises
         ------
@@ -218,7 +220,8 @@ class KneeState:
         space = bounds.space(self.knee)
         self.bounds, self.space = bounds, space
         self.x = np.clip(self.x, widened(space.lower, WIDTH), widened(space.upper, WIDTH))
-        self.surrogate = self.predicted = None
+        if not keep_surrogate:
+            self.surrogate = self.predicted = None
 
     def set_knee(self, knee: Knee) -> None:
         """Take another baseline with its own half-ranges, and its current values if it has any."""
@@ -230,6 +233,7 @@ class KneeState:
 
     def fit(self) -> None:
         """Fit the surrogate of the present bounds; raises `KneecoreError` if it cannot be."""
+        self.surrogate = self.predicted = None
         n_samples = max(TRAINING_SAMPLES, self.space.n_free + 2)
         self.surrogate = kneecore.fit_surrogate(
             self.space,
