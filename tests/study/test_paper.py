@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from commands import called
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kneecore
@@ -169,7 +169,7 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.images, self.links, self.open = [], [], []
+        self.images, self.links, self.open, self.text = [], [], [], ""
         self.feed(text)
         self.close()
 
@@ -180,6 +180,9 @@ class Page(HTMLParser):
         elif tag not in ("meta",):
             self.open.append(tag)
         self.links += [v for k, v in attributes.items() if k in ("src", "href")]
+
+    def handle_data(self, data):
+        self.text += data
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -204,6 +207,7 @@ def test_a_title_of_ones_own_is_text_and_nothing_else(report, other):
 
 
 @given(st.text(st.characters(blacklist_categories=("Cs", "Cc")), min_size=1, max_size=30))
+@example("<b>&amp; | \\| <img src=x>")
 def test_any_text_stays_in_its_cell(text):
     blocks = [Heading(text), Paragraph(text), Table(("a", "b"), [(text, "agrees")], marked=1)]
     row = to_markdown(blocks).rstrip("\n").splitlines()[-1]
@@ -211,6 +215,7 @@ def test_any_text_stays_in_its_cell(text):
     page = Page(to_html(text, blocks, {}))
     assert page.open == []
     assert page.images == []
+    assert page.text.count(text) >= 4  # title, heading, paragraph, cell
 
 
 def test_progress_is_told_and_can_cancel():
