@@ -168,8 +168,8 @@ def _times(report: "PaperReport") -> list[Block]:
         Paragraph(
             "Ours are the optimisation, or the sampling, alone: the median of the searches, "
             "compilation excluded. The whole run took "
-            f"{report.seconds:.1f} s, compilation included. Machines and programs differ: the times are set side by "
-            "side, not judged."
+            f"{report.seconds:.1f} s, compilation included. Machines and programs differ: "
+            "the times are set side by side, not judged."
         ),
     ]
 
