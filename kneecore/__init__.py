@@ -48,6 +48,10 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.search.warm_up import warm_up as warm_up
     from kneecore.search.worst_case import worst_case as worst_case
     from kneecore.space import ParameterSpace as ParameterSpace
+    from kneecore.study.bound_sweep import BoundSweep as BoundSweep
+    from kneecore.study.bound_sweep import NeededAccuracy as NeededAccuracy
+    from kneecore.study.bound_sweep import bound_sweep as bound_sweep
+    from kneecore.study.bound_sweep import needed_accuracy as needed_accuracy
     from kneecore.study.comparison import Comparison as Comparison
     from kneecore.study.comparison import compare_with_sampling as compare_with_sampling
     from kneecore.study.influence import InfluenceResult as InfluenceResult
@@ -59,6 +63,8 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.study.monte_carlo import monte_carlo as monte_carlo
     from kneecore.study.paper.report import PaperReport as PaperReport
     from kneecore.study.paper.report import redo_paper as redo_paper
+    from kneecore.study.training_sweep import TrainingSweep as TrainingSweep
+    from kneecore.study.training_sweep import training_sweep as training_sweep
 
 _HOME = {
     "FileFormatError": "errors",
@@ -92,6 +98,10 @@ _HOME = {
     "warm_up": "search.warm_up",
     "worst_case": "search.worst_case",
     "ParameterSpace": "space",
+    "BoundSweep": "study.bound_sweep",
+    "NeededAccuracy": "study.bound_sweep",
+    "bound_sweep": "study.bound_sweep",
+    "needed_accuracy": "study.bound_sweep",
     "Comparison": "study.comparison",
     "compare_with_sampling": "study.comparison",
     "InfluenceResult": "study.influence",
@@ -103,6 +113,8 @@ _HOME = {
     "monte_carlo": "study.monte_carlo",
     "PaperReport": "study.paper.report",
     "redo_paper": "study.paper.report",
+    "TrainingSweep": "study.training_sweep",
+    "training_sweep": "study.training_sweep",
 }
 
 __all__ = ["__version__", *_HOME]

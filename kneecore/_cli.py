@@ -61,8 +61,10 @@ def _first_sentence(message: str) -> str:
     said: list[str] = []
     for line in message.splitlines()[1:]:
         words = re.sub(r"\x1b\[[0-9;]*m", "", line).strip(" │")
-        if words.startswith(("─", "╰")):
-            break
+        if words.startswith(("─", "╰", "---")):
+            if said:
+                break
+            continue
         said.append(words)
     return " ".join(said) or "wrong options"
 

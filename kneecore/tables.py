@@ -24,8 +24,14 @@ def render(parts: Iterable[RenderableType], *, html: bool = False) -> str:
     parts = list(parts)
     console = Console(file=io.StringIO(), width=WIDTH, record=True, force_jupyter=False)
     # A wider console, rather than numbers that are cut.
+    unbounded = console.options.update(width=10 * WIDTH)
     console.width = max(
-        [WIDTH, *(console.measure(p).maximum for p in parts if isinstance(p, Table))]
+        [WIDTH]
+        + [
+            console.measure(part, options=unbounded).maximum
+            for part in parts
+            if isinstance(part, Table)
+        ]
     )
     for part in parts:
         # What must not be wrapped, such as a command to be copied, is one long line.

@@ -192,6 +192,12 @@ class ResponseBatch:
         )
 
 
+def check_solver(solver: str) -> None:
+    """Raise a `ParameterError` if `solver` is none."""
+    if solver not in get_args(Solver):
+        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+
+
 def prepare(
     models: ArrayLike, baseline: ArrayLike | None, rest_length: str, argument: str = "X"
 ) -> FloatArray:
@@ -243,8 +249,7 @@ def simulate_batch(
     ParameterError
         If an argument is not allowed.
     """
-    if solver not in get_args(Solver):
-        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+    check_solver(solver)
     rows = prepare(X, baseline, rest_length)
     if solver == "equilibrium":
         poses, settled, refinements, lost_at = settle(rows, threads)

@@ -16,15 +16,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore.errors import ModelError, ParameterError
-from kneecore.model.response import MOMENT, RestLength
+from kneecore.errors import ModelError
+from kneecore.model.response import MOMENT, RestLength, check_solver
 from kneecore.search.exact import Evidence, ExactPair, ExactSettings, climb_pair
 from kneecore.search.knee import KneeModel, Objective, load_weights
 from kneecore.search.knee_slopes import SettledKnee
 from kneecore.search.motion_climb import MotionPair, climb_in_motion
 from kneecore.space import ParameterSpace
 
-__all__ = ["ExactWorstCase", "exact_worst_case"]
+__all__ = ["ExactWorstCase", "exact_extremes", "exact_worst_case"]
 
 FloatArray = NDArray[np.float64]
 ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
@@ -108,11 +108,58 @@ def exact_worst_case(
     Cancelled
         If `report` ended the search before there was a pair.
     """
-    if solver not in ("dynamics", "equilibrium"):
-        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
-    space = space or ParameterSpace()
-    weights = load_weights(objective)
-    settings = replace(settings or ExactSettings(), seed=seed)
+    return _search(
+        space or ParameterSpace(),
+        load_weights(objective),
+        solver,
+        rest_length,
+        threads,
+        replace(settings or ExactSettings(), seed=seed),
+        report,
+    )
+
+
+def exact_extremes(
+    space: ParameterSpace,
+    load: int,
+    *,
+    solver: str = "dynamics",
+    rest_length: RestLength = "recomputed",
+    seed: int = 0,
+    threads: int | None = None,
+    report: Callable[[float], object] | None = None,
+) -> ExactWorstCase:
+    """Find the knees of a space with the least and with the largest angle at one load.
+
+    Parameters
+    ----------
+    space : ParameterSpace
+    load : int
+        Index into `MOMENT`.
+    solver, rest_length, seed, threads, report
+        As for `exact_worst_case`, which raises the same.
+
+    Returns
+    -------
+    ExactWorstCase
+        The first knee has the least angle; `objective` is the difference of the two, deg.
+    """
+    weights = np.zeros(len(MOMENT))
+    weights[load] = 1.0
+    settings = ExactSettings(seed=seed)
+    return _search(space, weights, solver, rest_length, threads, settings, report)
+
+
+def _search(
+    space: ParameterSpace,
+    weights: FloatArray,
+    solver: str,
+    rest_length: RestLength,
+    threads: int | None,
+    settings: ExactSettings,
+    report: Callable[[float], object] | None,
+) -> ExactWorstCase:
+    check_solver(solver)
     begun = time.perf_counter()
     knee = SettledKnee(space, rest_length, threads)
     found = climb_pair(
@@ -123,7 +170,7 @@ def exact_worst_case(
     if solver == "dynamics":
         model = KneeModel(space, rest_length, threads)
         many_lost = knee.n_lost > _MANY_LOST * knee.n_simulated
-        moved = climb_in_motion(model, found, weights, seed=seed, many_lost=many_lost)
+        moved = climb_in_motion(model, found, weights, seed=settings.seed, many_lost=many_lost)
         if not np.isfinite(moved.value):
             raise ModelError("none of the worst pairs at rest could be simulated in motion")
     u, y = (found.u, found.y) if moved is None else (moved.u, moved.y)

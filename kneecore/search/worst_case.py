@@ -19,14 +19,14 @@ array([ 90., 110.])
 
 import time
 from collections.abc import Callable, Sequence
-from typing import get_args, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.model.response import RestLength, Solver, simulate_batch
+from kneecore.model.response import RestLength, Solver, check_solver, simulate_batch
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact_knee import ALONG_LOADS
@@ -211,8 +211,7 @@ def _worst_knees(
     threads: int | None,
     callback: Callback | None,
 ) -> SearchResult:
-    if solver not in get_args(Solver):
-        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+    check_solver(solver)
     weights = load_weights(objective)
     settings.check_training(space.n_free)
     n_threads = thread_count(threads)
