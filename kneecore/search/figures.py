@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kneecore.model.forces import THETA_0
 from kneecore.model.response import MOMENT, Response
 from kneecore.parameters import LIGAMENTS, N_PARAMETERS, NAMES
+from kneecore.space import ParameterSpace
 
 if TYPE_CHECKING:
     from kneecore.search.result import SearchResult
@@ -39,10 +40,18 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def _along(values: FloatArray, through_rest: bool, at_rest: float = REST_DEG) -> FloatArray:
+def rests_unloaded(space: ParameterSpace, rest_length: str) -> bool:
+    """Tell whether all knees of a space are at rest without load in the load-free pose.
+
+    Not those with the baseline's rest lengths, or with lengths that are uncertain themselves.
+    """
+    return rest_length == "recomputed" and len(space.lower) == N_PARAMETERS
+
+
+def along(values: FloatArray, through_rest: bool, at_rest: float = REST_DEG) -> FloatArray:
     """Return values in the order of the motion, with that of the load-free pose between.
 
-    Knees with the baseline's rest lengths are under load in that pose: nothing is put in then.
+    Nothing is put in where knees are under load in that pose.
     """
     ordered = values[_ORDER]
     return np.insert(ordered, len(MOMENT) // 2, at_rest) if through_rest else ordered
@@ -52,7 +61,7 @@ def _curve(
     response: Response, values: FloatArray, through_rest: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Return (angles in deg, values) along the motion."""
-    return _along(np.degrees(response.flexion), through_rest), _along(values, through_rest, 0.0)
+    return along(np.degrees(response.flexion), through_rest), along(values, through_rest, 0.0)
 
 
 def _draw(axes: Axes, result: "SearchResult", values: dict[str, FloatArray]) -> None:
@@ -60,7 +69,7 @@ def _draw(axes: Axes, result: "SearchResult", values: dict[str, FloatArray]) -> 
         if response.status == "failed":
             continue
         axes.plot(
-            *_curve(response, values[name], result.rest_length == "recomputed"),
+            *_curve(response, values[name], rests_unloaded(result.space, result.rest_length)),
             marker="o",
             markersize=3,
             linewidth=1.6,
@@ -76,11 +85,11 @@ def _moment_angle(result: "SearchResult") -> Figure:
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     if result.training_flexion is not None:
-        through_rest = result.rest_length == "recomputed"
+        through_rest = rests_unloaded(result.space, result.rest_length)
         for row, flexion in enumerate(np.degrees(result.training_flexion)):
             axes.plot(
-                _along(flexion, through_rest),
-                _along(MOMENT, through_rest, 0.0),
+                along(flexion, through_rest),
+                along(MOMENT, through_rest, 0.0),
                 color="0.8",
                 linewidth=0.6,
                 label="training samples" if row == 0 else None,

@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from kneecore.model.forces import THETA_0
 from kneecore.model.response import MOMENT
-from kneecore.search.figures import COLOURS, LABELS, STYLE, render
+from kneecore.search.figures import COLOURS, LABELS, STYLE, along, render, rests_unloaded
 
 if TYPE_CHECKING:
     from kneecore.search.result import SearchResult
@@ -20,24 +19,24 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _ORDER = np.argsort(-MOMENT)
-_MOMENTS = np.insert(MOMENT[_ORDER], len(MOMENT) // 2, 0.0)
-
-
-def _through_rest(angles_deg: FloatArray) -> FloatArray:
-    """Return angles along the motion, the load-free pose in its place."""
-    return np.insert(angles_deg[_ORDER], len(MOMENT) // 2, np.degrees(THETA_0))
 
 
 def band_figure(study: "MonteCarloResult", worst: "SearchResult | None" = None) -> Figure:
     """Return the 99.7 % band of moment against angle, with a worst case in front of it."""
+    through_rest = rests_unloaded(study.space, study.rest_length)
+    moments = along(MOMENT, through_rest, 0.0)
+
+    def curve(angles_deg: FloatArray) -> FloatArray:
+        return along(angles_deg, through_rest)
+
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 4.2), layout="constrained")
         axes = figure.add_subplot()
         spread = study.flexion_deg
         axes.fill_betweenx(
-            _MOMENTS,
-            _through_rest(spread.percentile_lower),
-            _through_rest(spread.percentile_upper),
+            moments,
+            curve(spread.percentile_lower),
+            curve(spread.percentile_upper),
             color="#CC79A7",
             alpha=0.25,
             linewidth=0.0,
@@ -45,19 +44,19 @@ def band_figure(study: "MonteCarloResult", worst: "SearchResult | None" = None) 
         )
         for k, bound in enumerate((spread.sigma_lower, spread.sigma_upper)):
             axes.plot(
-                _through_rest(bound),
-                _MOMENTS,
+                curve(bound),
+                moments,
                 color="#CC79A7",
                 linewidth=0.9,
                 linestyle="--",
                 label="mean ± 3 sd" if k == 0 else None,
             )
-        axes.plot(_through_rest(spread.mean), _MOMENTS, color="0.3", linewidth=1.4, label="mean")
+        axes.plot(curve(spread.mean), moments, color="0.3", linewidth=1.4, label="mean")
         if worst is not None:
             for name in ("model_1", "model_2"):
                 axes.plot(
-                    _through_rest(np.degrees(worst.models[name].flexion)),
-                    _MOMENTS,
+                    curve(np.degrees(worst.models[name].flexion)),
+                    moments,
                     color=COLOURS[name],
                     linewidth=1.6,
                     label=LABELS[name],

@@ -25,6 +25,8 @@ from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError
 from kneecore.knee_file import parse_knee
 from kneecore.parameters import REST_LENGTH_NAMES
+from kneecore.search.figures import rests_unloaded
+from kneecore.study.figures import band_figure
 
 SPACE = ParameterSpace(rest_length_bound_mm=1.0)
 MODES = ("recomputed", "fixed")
@@ -199,3 +201,13 @@ def test_the_motion_starts_with_the_changed_ligament_taut():
     start = trajectory(x).tension[:, 0]
     np.testing.assert_allclose(start[:, 0], x[22] * 1e-6, rtol=1e-9)
     assert (start[:, 1:] == 0.0).all()
+
+
+def test_figures_put_no_load_free_pose_where_knees_are_under_load():
+    assert rests_unloaded(ParameterSpace(), "recomputed")
+    assert not rests_unloaded(ParameterSpace(), "fixed")
+    assert not rests_unloaded(SPACE, "recomputed")
+    for space, n in ((ParameterSpace(), 13), (SPACE, 12)):
+        axes = band_figure(monte_carlo(space, n_samples=64)).axes[0]
+        assert all(len(line.get_xdata()) in (n, 2) for line in axes.lines)
+        assert any(len(line.get_xdata()) == n for line in axes.lines)
