@@ -7,17 +7,20 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
+import peers
 import rivals
 from scipy.interpolate import RBFInterpolator
+from threadpoolctl import threadpool_limits
 
-from kneecore import ParameterSpace, influence, monte_carlo, worst_case
+from kneecore import ParameterSpace, influence, monte_carlo, simulate_batch, worst_case
 from kneecore.model.dynamics import respond
 from kneecore.model.equilibrium import equilibria
+from kneecore.model.forces import THETA_0
 from kneecore.model.response import prepare
 from kneecore.numerics.genetic import maximize
-from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.search.knee import KneeModel
 from kneecore.search.pair_search import PairSettings, train
@@ -32,6 +35,14 @@ class Case:
     rival_name: str = ""
     rival: Callable[[], object] | None = None
     repeats: int = 7
+    rival_repeats: int | None = None
+    """`repeats` for None."""
+    items: int = 0
+    """What our time is also given per one of: knees, pairs; 0 for nothing."""
+    rival_share: float = 1.0
+    """Part of the work that the rival does; its time is scaled up."""
+    agreement: Callable[[Any, Any], str] | None = None
+    """Says of both results how far they agree."""
     elsewhere: str = ""
     """What others report, and where."""
 
@@ -62,9 +73,43 @@ def surrogate_search(pop_size=200, n_generations=800, seed=0, options=None):
 
 
 def numpy_search(pop_size=200, n_generations=800, seed=0):
-    data = training().surrogate
-    interpolator = RBFInterpolator(data.points, data.values, kernel="thin_plate_spline", degree=1)
-    return rivals.numpy_search(interpolator, 28, pop_size, n_generations, seed)
+    value = rivals.interpolated(
+        RBFInterpolator(training().points, training().values, kernel="thin_plate_spline", degree=1),
+        28,
+    )
+    return rivals.numpy_search(value, 28, pop_size, n_generations, seed)
+
+
+def matrix_search(pop_size=200, n_generations=800, seed=0):
+    value = rivals.matrix_product(training().surrogate, 12)
+    with threadpool_limits(1):
+        return rivals.numpy_search(value, 28, pop_size, n_generations, seed)
+
+
+def flexion(rows):
+    """Flexion angles (rad) of our dynamic model, shape (n, 36) -> (n, 12)."""
+    return THETA_0 - respond(rows)[0][..., 2]
+
+
+def sobol_by_salib():
+    space = ParameterSpace()
+
+    def model(u):
+        flexion = simulate_batch(space.from_unit(u)).flexion
+        return np.degrees(flexion)
+
+    return peers.sobol_indices(model, space.n_free, 1024, seed=0)
+
+
+def angles_apart(ours, theirs):
+    """Both results' largest difference, the rival's rows being the first of ours."""
+    degrees = np.degrees(np.abs(ours[: len(theirs)] - theirs).max())
+    return f"within {degrees:.1g} deg"
+
+
+def indices_apart(ours, theirs):
+    total = np.abs(ours.indices.total_order - theirs[1]).max()
+    return f"total indices within {total:.3f}"
 
 
 def command(*arguments, cold=False):
@@ -82,16 +127,44 @@ def command(*arguments, cold=False):
 CASES = (
     Case(
         name="dynamic model, 1,024 knees",
-        ours=lambda: respond(knees()),
+        ours=lambda: flexion(knees()),
+        items=1024,
         rival_name="the same arithmetic, one model at a time, one core",
         rival=lambda: rivals.scalar_flexion(knees()),
+        rival_repeats=3,
+        agreement=angles_apart,
+    ),
+    Case(
+        name="dynamic model, 1,024 knees",
+        ours=lambda: flexion(knees()),
+        items=1024,
+        rival_name="SciPy's solve_ivp (LSODA, compiled right-hand side), scaled up from 4 knees",
+        rival=lambda: rivals.solve_ivp_flexion(knees()[:4]),
+        rival_repeats=2,
+        rival_share=4 / 1024,
+        agreement=angles_apart,
+    ),
+    Case(
+        name="12 equilibria, 1,024 knees",
+        ours=lambda: equilibria(knees()),
+        items=1024,
+        rival_name="the dynamic model",
+        rival=lambda: respond(knees()),
     ),
     Case(
         name="200 x 800 search in the surrogate",
         ours=surrogate_search,
         rival_name="plain NumPy genetic algorithm on SciPy's RBFInterpolator",
         rival=numpy_search,
+        rival_repeats=3,
         elsewhere="4.10 s (the paper, 15 threads)",
+    ),
+    Case(
+        name="200 x 800 search in the surrogate",
+        ours=surrogate_search,
+        rival_name="the same with the distances by one matrix product",
+        rival=matrix_search,
+        rival_repeats=3,
     ),
     Case(
         name="100 x 100 search in the surrogate",
@@ -107,10 +180,21 @@ CASES = (
         elsewhere="2,633 s (the paper, 15 threads)",
     ),
     Case(
-        name="12 equilibria, 1,024 knees",
-        ours=lambda: equilibria(knees()),
-        rival_name="the dynamic model",
-        rival=lambda: respond(knees()),
+        name="100 x 100 search in the knees at rest",
+        ours=lambda: worst_case(
+            search_space="model", pop_size=100, n_generations=100, solver="equilibrium"
+        ),
+        repeats=3,
+    ),
+    Case(
+        name="200 x 800 search in the true model",
+        ours=lambda: worst_case(search_space="model"),
+        repeats=1,
+    ),
+    Case(
+        name="200 x 800 search in the knees at rest",
+        ours=lambda: worst_case(search_space="model", solver="equilibrium"),
+        repeats=2,
     ),
     Case(
         name="exact worst case in the true model",
@@ -127,9 +211,13 @@ CASES = (
         elsewhere="1,246 s (the paper, 15 threads)",
     ),
     Case(
-        name="Sobol' indices, 30,720 models, no intervals",
+        name="Sobol' indices, 28 parameters, 30,720 models, no intervals",
         ours=lambda: influence(intervals=False),
         repeats=2,
+        rival_name="SALib, driving the same model",
+        rival=sobol_by_salib,
+        rival_repeats=1,
+        agreement=indices_apart,
     ),
     Case(name="`python -m kneecore.search --help`", ours=lambda: command("--help"), repeats=3),
     Case(name="`python -m kneecore.search`, kernels cached", ours=command, repeats=3),
@@ -139,11 +227,3 @@ CASES = (
         repeats=1,
     ),
 )
-
-OPTIONS = {
-    "as shipped (eta_min 0, 5 % of the genes)": GeneticOptions(),
-    "eta_min 0.75": GeneticOptions(rank_eta_min=0.75),
-    "2 % of the genes": GeneticOptions(gene_mutation_probability=0.02),
-    "10 % of the genes": GeneticOptions(gene_mutation_probability=0.1),
-    "all genes": GeneticOptions(gene_mutation_probability=1.0),
-}
