@@ -17,7 +17,7 @@ from kneecore import Knee, Trajectory
 from kneecore.model.forces import THETA_0
 from kneecore.model.pose import STATION
 from kneecore.parameters import widened
-from kneeviz import deeds, do_landscape, do_live, do_study, markup, series, wire
+from kneeviz import deeds, do_landscape, do_live, do_methods, do_study, markup, series, wire
 from kneeviz.do_live import Live
 from kneeviz.do_result import show_result
 from kneeviz.landscape_show import LandscapeShow
@@ -70,6 +70,7 @@ class Session:
         self.rising: list[float] = []
         self.overlay = False
         self.study = do_study.StudyDesk()
+        self.methods = do_methods.MethodsDesk()
         self.landscape = LandscapeShow(self.post)
         self.band: Band | None = None
         self.lesson: int | None = None
@@ -99,8 +100,9 @@ class Session:
         """End the worker and a running search."""
         if self.job is not None:
             self.job.cancel()
-        if self.study.job is not None:
-            self.study.job.cancel()
+        for job in (self.study.job, self.methods.job):
+            if job is not None:
+                job.cancel()
         self.landscape.stop()
         self.worker.stop()
         self.live_search.stop()
@@ -359,6 +361,7 @@ class Session:
             self.target.flush()
         if stale:
             do_study.refresh(self)
+            do_methods.refresh(self)
             do_landscape.refresh(self)
 
     def _draw_scene(self, x: FloatArray, poses: tuple[Pose | None, ...]) -> None:

@@ -17,7 +17,7 @@ Watch = Callable[[Any], bool]
 
 
 class StudyJob:
-    """Posts "study_progress" while it runs and "study_done" with (job, result or None, why).
+    """Posts "KEY_progress" while it runs and "KEY_done" with (job, result or None, why).
 
     Without a result, `why` says what went wrong; it is None after a cancellation.
 
@@ -29,10 +29,14 @@ class StudyJob:
         Does it, with a `Watch` to be called as often as may be.
     post : callable
         Takes the messages.
+    key : str
+        What their keys begin with.
     """
 
-    def __init__(self, kind: str, work: Callable[[Watch], Any], post: Post) -> None:
-        self.kind = kind
+    def __init__(
+        self, kind: str, work: Callable[[Watch], Any], post: Post, key: str = "study"
+    ) -> None:
+        self.kind, self._key = kind, key
         self._work, self._post = work, post
         self._cancelled = threading.Event()
         self._last_report = 0.0
@@ -51,7 +55,7 @@ class StudyJob:
         if now - self._last_report >= _REPORT_SECONDS:
             self._last_report = now
             share = progress.done / max(progress.total, 1)
-            self._post("study_progress", (self, 100.0 * min(share, 1.0)))
+            self._post(f"{self._key}_progress", (self, 100.0 * min(share, 1.0)))
         return self._cancelled.is_set()
 
     def _run(self) -> None:
@@ -67,4 +71,4 @@ class StudyJob:
             why = f"{type(error).__name__}: {error}"
         if self._cancelled.is_set():
             result, why = None, None
-        self._post("study_done", (self, result, why))
+        self._post(f"{self._key}_done", (self, result, why))

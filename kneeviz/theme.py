@@ -34,6 +34,10 @@ class Palette:
     band: str
     """The sampling band's fill."""
     band_edge: str
+    genetic: str
+    """The genetic algorithm in the true model."""
+    exact: str
+    """The search by exact gradients."""
     model_1: str
     model_2: str
     zero: str
@@ -59,6 +63,8 @@ LIGHT = Palette(
     surrogate="#B0528A",
     band="rgba(40,130,150,0.22)",
     band_edge="rgba(40,130,150,0.55)",
+    genetic="#6b6b6b",
+    exact="#1c7f92",
     model_1=MODEL_1,
     model_2=MODEL_2,
     zero="rgba(60,60,60,0.55)",
@@ -81,6 +87,8 @@ DARK = Palette(
     surrogate="#E29BC4",
     band="rgba(110,190,205,0.26)",
     band_edge="rgba(110,190,205,0.60)",
+    genetic="#a5a5a5",
+    exact="#6ec3d2",
     model_1="#4AA8E0",
     model_2="#F0813A",
     zero="rgba(220,220,220,0.55)",

@@ -18,6 +18,7 @@ from kneeviz.landscape_scene import LandscapeScene
 from kneeviz.landscape_show import free_names
 from kneeviz.lesson import LearnTab
 from kneeviz.mechanism import Pose
+from kneeviz.methods_tab import MethodsBox
 from kneeviz.plots import ApChart, Band, CurveChart, ForceCharts, Markers, Shown
 from kneeviz.scene import KneeScene
 from kneeviz.state import KneeState
@@ -68,6 +69,7 @@ class View:
                 )
             )
         with panel.add_tab("Compare"):
+            self.methods = MethodsBox(gui, post)
             self.comparison = gui.add_html("")
         with panel.add_tab("Influence"):
             self.influence = InfluenceTab(gui, post)

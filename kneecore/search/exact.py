@@ -31,10 +31,19 @@ from kneecore.numerics.box_climb import Slopes, climb, polish
 from kneecore.numerics.sampling import check_count, check_seed
 from kneecore.search.cancelled import Cancelled
 
-__all__ = ["Evidence", "ExactPair", "ExactSettings", "Half", "climb_pair", "sign_patterns"]
+__all__ = [
+    "Evidence",
+    "ExactPair",
+    "ExactSettings",
+    "Half",
+    "Report",
+    "climb_pair",
+    "sign_patterns",
+]
 
 FloatArray = NDArray[np.float64]
 
+Report = Callable[[float, int], object]
 SAME = 1e-4
 """Values are of one basin if they differ by less than this share of f."""
 
@@ -162,7 +171,7 @@ class _Search:
         n_dimensions: int,
         weights: FloatArray,
         settings: ExactSettings,
-        report: Callable[[float], object] | None,
+        report: Report | None,
     ) -> None:
         self._slopes, self._report = slopes, report
         self.d, self.weights, self.settings = n_dimensions, weights, settings
@@ -173,7 +182,7 @@ class _Search:
     def slopes(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         # Between any two batches: in wide bounds, where models lose their equilibrium, a single
         # climb may take seconds.
-        if self._report is not None and self._report(self.best()):
+        if self._report is not None and self._report(self.best(), self.n_evaluations):
             raise _Ended
         return self._slopes(u, w)
 
@@ -286,7 +295,7 @@ def climb_pair(
     *,
     order: Sequence[int] | None = None,
     settings: ExactSettings | None = None,
-    report: Callable[[float], object] | None = None,
+    report: Report | None = None,
 ) -> ExactPair:
     """Find the two points of the unit cube whose outputs differ most.
 
@@ -303,7 +312,8 @@ def climb_pair(
     settings : ExactSettings, optional
     report : callable, optional
         Called before each batch of models with the best f so far, minus infinity before the first
-        climbs have ended; a true result ends the search with what it has.
+        climbs have ended, and the models that it took; a true result ends the search with what it
+        has.
 
     Raises
     ------

@@ -10,7 +10,6 @@ Examples
 """
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
 from kneecore.model.response import MOMENT, RestLength, check_solver
-from kneecore.search.exact import Evidence, ExactPair, ExactSettings, climb_pair
+from kneecore.search.exact import Evidence, ExactPair, ExactSettings, Report, climb_pair
 from kneecore.search.knee import KneeModel, Objective, load_weights
 from kneecore.search.knee_slopes import SettledKnee
 from kneecore.search.motion_climb import MotionPair, climb_in_motion
@@ -78,7 +77,7 @@ def exact_worst_case(
     seed: int = 0,
     threads: int | None = None,
     settings: ExactSettings | None = None,
-    report: Callable[[float], object] | None = None,
+    report: Report | None = None,
 ) -> ExactWorstCase:
     """Find the two most different knees of a space in the true model.
 

@@ -43,12 +43,13 @@ class _Watch:
         self.history: list[float] = []
         self.cancelled = False
 
-    def __call__(self, best: float) -> bool:
+    def __call__(self, best: float, n_models: int) -> bool:
         known = bool(np.isfinite(best))
         if known and (not self.history or best > self.history[-1]):
             self.history.append(best)
         if self._callback is not None:
-            report = Progress(stage="search", done=0, total=1, best=best if known else None)
+            told = best if known else None
+            report = Progress(stage="search", done=0, total=1, best=told, n_models=n_models)
             self.cancelled = bool(self._callback(report))
         return self.cancelled
 

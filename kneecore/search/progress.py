@@ -18,6 +18,8 @@ class Progress:
     """Best objective so far in this run, in the outputs' unit (deg for the knee)."""
     run: int = 0
     """Number of the run, from 0."""
+    n_models: int | None = None
+    """Models that the search had evaluated when it knew `best`; None where it does not count."""
 
 
 Callback = Callable[[Progress], object]

@@ -216,7 +216,7 @@ def test_motion_knows_failures():
 def test_a_report_can_end_the_search_at_any_batch():
     seen = []
 
-    def report(best):
+    def report(best, n_models):
         seen.append(best)
         return np.isfinite(best)
 
@@ -230,7 +230,7 @@ def test_a_report_can_end_the_search_at_any_batch():
 def test_a_search_that_is_ended_before_it_has_a_pair_is_cancelled():
     seen = []
 
-    def second(best):
+    def second(best, n_models):
         seen.append(best)
         return len(seen) == 2
 
@@ -241,7 +241,7 @@ def test_a_search_that_is_ended_before_it_has_a_pair_is_cancelled():
 
 def test_a_report_changes_nothing():
     quiet = exact_worst_case(solver="equilibrium")
-    told = exact_worst_case(solver="equilibrium", report=lambda best: False)
+    told = exact_worst_case(solver="equilibrium", report=lambda *_: False)
     assert quiet.u.tobytes() == told.u.tobytes()
 
 
