@@ -126,7 +126,7 @@ def exact_extremes(
     rest_length: RestLength = "recomputed",
     seed: int = 0,
     threads: int | None = None,
-    report: Callable[[float], object] | None = None,
+    report: Report | None = None,
 ) -> ExactWorstCase:
     """Find the knees of a space with the least and with the largest angle at one load.
 
@@ -156,7 +156,7 @@ def _search(
     rest_length: RestLength,
     threads: int | None,
     settings: ExactSettings,
-    report: Callable[[float], object] | None,
+    report: Report | None,
 ) -> ExactWorstCase:
     check_solver(solver)
     begun = time.perf_counter()

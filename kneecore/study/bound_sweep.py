@@ -215,7 +215,7 @@ class _Steps:
         self._callback, self._stage, self._total = callback, stage, total
         self.done = 0
 
-    def __call__(self, _best: float = 0.0) -> bool:
+    def __call__(self, _best: float = 0.0, _n_models: int = 0) -> bool:
         if self._callback is None:
             return False
         report = Progress(stage=self._stage, done=self.done, total=self._total)
