@@ -144,18 +144,18 @@ class NeededAccuracy:
         goal = f"Every knee extends to within {self.within_deg:g} deg"
         if self.bound_mm is None:
             return (
-                f"Not {goal[0].lower()}{goal[1:]} even if the geometry is known exactly: one is "
-                f"left with {self.largest_angle_deg:.2f} deg."
+                f"Not {goal[0].lower()}{goal[1:]} even if the geometry is known exactly: one stops "
+                f"at {self.largest_angle_deg:.2f} deg."
             )
         if self.reaches_largest:
             return (
                 f"{goal} even if the geometry is only known to within {self.bound_mm:g} mm, the "
-                f"widest bound that was looked at: none is left with more than "
+                f"widest bound that was looked at: all reach "
                 f"{self.largest_angle_deg:.2f} deg."
             )
         return (
             f"{goal} if the geometry is known to within {self.bound_mm:.3f} mm; at "
-            f"{self.beyond_mm:.3f} mm one is left with {self.beyond_deg:.2f} deg."
+            f"{self.beyond_mm:.3f} mm one stops at {self.beyond_deg:.2f} deg."
         )
 
     def to_dict(self) -> dict[str, Any]:

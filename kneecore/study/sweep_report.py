@@ -108,8 +108,8 @@ def accuracy_report(need: "NeededAccuracy") -> str:
     lines = [need.answer()]
     if need.sampled_deg is not None:
         lines.append(
-            f"Of {need.n_sampled:,} random knees within that bound the least extended has "
-            f"{need.sampled_deg:.2f} deg left: sampling would have passed a wider one."
+            f"{need.n_sampled:,} random knees within that bound all reach "
+            f"{need.sampled_deg:.2f} deg: sampling would have passed a wider one."
         )
     lines += [
         f"{need.n_searches} exact searches at +5 N m, solver: {need.solver}, "
