@@ -118,6 +118,7 @@ def set_live(session: "Session", on: bool) -> None:
     if on:
         ready = session.exact_ready
         _tell(session, "Looking for the worst case …" if ready else "Being prepared …")
+        session.say("Live: model 1 is blue, model 2 orange.")
         return
     session.live_search.forget()
     session.show_band(None)

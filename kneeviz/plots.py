@@ -170,16 +170,17 @@ class CurveChart:
         if n_training != self._n_training:
             self._n_training = n_training
             self.handle.series = tuple(self._series())
-        data, curves = self._data(shown, markers)
-        span = series.angle_range(curves)
+        axis, behind, in_front = self._data(shown, markers)
+        span = series.angle_range([*behind, *in_front])
         if span != self._range:  # rarely: a new scale makes a new chart
             self._range = span
             self.handle.scales = self._scales()
-        self.handle.data = data
+        edge = np.full(len(axis), span[0])
+        self.handle.data = (axis, edge, np.zeros(len(axis)), *behind, *in_front)
 
     def _data(
         self, shown: Shown, markers: Markers
-    ) -> tuple[tuple[FloatArray, ...], list[FloatArray]]:
+    ) -> tuple[FloatArray, list[FloatArray], list[FloatArray]]:
         moments = series.with_load_free(np.zeros(12), strain_free=shown.strain_free)[0]
         poses = [pose for pose in markers.poses if pose is not None]
         axis = series.moment_axis(moments, [pose.moment for pose in poses])
@@ -208,9 +209,7 @@ class CurveChart:
             else series.mark(axis, pose.moment, float(np.degrees(pose.flexion)))
             for pose in markers.poses
         ]
-        edge = np.full(len(axis), self._range[0])
-        data = (axis, edge, np.zeros(len(axis)), *band, *training, *lines, *dots)
-        return data, [*band, *training, *lines]
+        return axis, [*band, *training], [*lines, *dots]
 
 
 class AngleChart:

@@ -224,3 +224,37 @@ def test_the_flat_view_does_not_tumble_and_the_3d_view_does(visitor, app):
     assert np.abs(np.subtract(camera(visitor), before)).max() > 0.05
     visitor.press("2D")
     visitor.wait_until(lambda: np.allclose(camera(visitor), flat, atol=1e-3))
+
+
+def test_the_live_worst_case_follows_a_bound(visitor, app):
+    session = app.session
+    eventually(lambda: session.exact_ready)
+    visitor.tab("Search")
+    visitor.page.get_by_role("checkbox", name="Live worst case").or_(
+        visitor.row("Live worst case").locator("input")
+    ).first.click()
+    visitor.page.get_by_text("climbs end here").first.wait_for()
+    visitor.wait("() => window.__viserMutable.nodeRefFromName['/worst_1/tibia']?.visible")
+
+    def drawn():
+        data = visitor.curve(chart(app))
+        top = len(data[0]) - 2
+        edges = [data[i][top] for i in (3, 4, -5, -4)]
+        return [*edges, visitor.turn("/worst_1/tibia")[3], visitor.turn("/worst_2/tibia")[3]]
+
+    before, picture = drawn(), visitor.pixels(chart(app))
+    visitor.tab("Knee")
+    visitor.page.get_by_text("Bounds: how uncertain?").click()
+    box = visitor.row("Geometry, mm").locator("input:not([type='hidden'])")
+    box.fill("0.6")
+    visitor.wait_until(lambda: all(a != b for a, b in zip(drawn(), before, strict=True)))
+    wanted = kneecore.worst_case(
+        kneecore.ParameterSpace(geometry_bound_mm=0.6), method="exact", solver="equilibrium"
+    )
+    knees = np.degrees([wanted.model_1.flexion[5], wanted.model_2.flexion[5]])
+    visitor.wait_until(lambda: np.allclose(drawn()[2:4], knees))
+    assert visitor.pixels(chart(app)) != picture
+    box.fill("1")
+    visitor.wait_until(lambda: np.allclose(drawn()[:4], before[:4]))
+    session.post("live", Asked(session.view.search.live, -1, False))
+    visitor.wait_until(lambda: drawn()[0] is None)

@@ -76,6 +76,9 @@ def test_the_chart_widens_for_a_wide_band(chart, response):
     low, high = chart.handle.scales["y"]["range"]
     assert low <= np.degrees(response.flexion).min() - 60.0
     assert high >= np.degrees(response.flexion).max() + 60.0
+    # The shade over over-extension reaches the new edge.
+    edge, _ = sorted(filled_series(chart, theme.LIGHT.beyond))
+    assert (chart.handle.data[edge] == low).all()
 
 
 def test_the_theme_paints_the_band(chart):
