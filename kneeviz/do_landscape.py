@@ -16,27 +16,31 @@ if TYPE_CHECKING:
 
 
 def _toggle(session: "Session", value: Any) -> None:
-    show = session.landscape
-    if show.shown:
+    client_id = None if value is None else value.client_id
+    set_landscape(session, not session.landscape.shown, client_id)
+
+
+def set_landscape(session: "Session", shown: bool, client_id: int | None = None) -> None:
+    """Put the landscape in the knee's place, or the knee back; or tell the client why not."""
+    if shown == session.landscape.shown:
+        return
+    if not shown:
         leave_landscape(session)
         restore_cameras(session)
         return
     refused = None
     if session.state.current is None or not session.surrogate_ready:
         refused = "The model is still being prepared; try again in a moment."
-    elif not show.fit_names(session.state.space):
+    elif not session.landscape.fit_names(session.state.space):
         refused = "A landscape needs two parameters that the bounds let vary."
     if refused is None:
-        enter(session)
-    elif value is not None:
-        session.notices.tell(value.client_id, "Not now", refused)
+        _enter(session)
+    elif client_id is not None:
+        session.notices.tell(client_id, "Not now", refused)
 
 
-def enter(session: "Session") -> None:
-    """Put the landscape in the knee's place, unless it is there."""
+def _enter(session: "Session") -> None:
     show, view = session.landscape, session.view
-    if show.shown or session.state.current is None:
-        return
     if view.landscape is None:
         view.landscape = LandscapeScene(session.target.scene)
         view.landscape.paint(theme.palette(view.dark))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from kneeviz import controls
 from kneeviz.do_knee import choose_preset
+from kneeviz.do_landscape import set_landscape
 from kneeviz.do_search import start_search
 from kneeviz.do_view import set_forces, set_mode, set_overlay, set_playing
 from kneeviz.lesson import STEPS
@@ -57,6 +58,8 @@ def stage(session: "Session", deed: tuple[Any, ...], client_id: int | None) -> N
         session.glide_to(*rest)
     elif name == "search":
         start_search(session, "surrogate", client_id)
+    elif name == "landscape":
+        set_landscape(session, bool(rest[0]), client_id)
 
 
 DEEDS: dict[str, Callable[..., None]] = {

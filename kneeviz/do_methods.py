@@ -55,8 +55,8 @@ def _work(session: "Session") -> Callable[[Watch], Mapping[str, MethodTrace]]:
     )
 
 
-def _progress(session: "Session", value: tuple[StudyJob, float]) -> None:
-    job, percent = value
+def _progress(session: "Session", value: tuple[StudyJob, float, str]) -> None:
+    job, percent, _ = value
     if job is session.methods.job:
         session.view.methods.progress.value = percent
 

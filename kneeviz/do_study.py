@@ -1,8 +1,6 @@
 """What a session does to study the uncertainty: sampling, influence, files. Runs on its worker."""
 
-import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,38 +8,25 @@ import numpy as np
 import kneecore
 from kneecore import MOMENT, InfluenceResult, KneecoreError, MonteCarloResult, SearchResult
 from kneecore._threads import available_cores
-from kneecore.study.document import Study
-from kneeviz import influence_chart, markup, study_markup, study_tab, theme
+from kneeviz import influence_chart, markup, paper_files, study_markup, study_tab, theme
+from kneeviz.paper_files import PaperFiles
 from kneeviz.plots import Band
+from kneeviz.study_desk import study_file
 from kneeviz.study_job import StudyJob, Watch
 
 if TYPE_CHECKING:
     from kneeviz.session import Session
 
-_BUSY = {"sampling": "Sampling the true model …", "influence": "Finding what decides …"}
+_BUSY = {
+    "sampling": "Sampling the true model …",
+    "influence": "Finding what decides …",
+    "report": "Redoing the paper …",
+}
 _CALM = {
     "sampling": "Sampled: the band holds 99.7 % of the knees.",
     "influence": "Done: see the tab “Influence” on the left.",
+    "report": "The report is ready: see “Study files”.",
 }
-
-
-@dataclass
-class StudyDesk:
-    """What the study has found and is doing."""
-
-    job: StudyJob | None = None
-    sampled: MonteCarloResult | None = None
-    held_against: SearchResult | None = None
-    """The worst case whose place among the samples was counted."""
-    band: Band | None = None
-    """What the sampling draws behind the curves."""
-    with_band: bool = True
-    influence: InfluenceResult | None = None
-    load: int = int(np.argmax(MOMENT))
-    """The load (index) that the charts of influence show."""
-    chart: str = study_tab.BARS
-    written: tuple[Any, ...] = ()
-    """What the texts on screen were made of."""
 
 
 def _run(session: "Session", value: Any, kind: str) -> None:
@@ -54,8 +39,7 @@ def _run(session: "Session", value: Any, kind: str) -> None:
         if value is not None:
             session.notices.tell(value.client_id, "Not now", refused)
         return
-    work = _sampling(session) if kind == "sampling" else _influence(session)
-    desk.job = StudyJob(kind, work, session.post)
+    desk.job = StudyJob(kind, _WORK[kind](session), session.post)
     session.view.study.set_running(True)
     session.say(_BUSY[kind], "busy")
     desk.job.start()
@@ -108,10 +92,26 @@ def _influence(session: "Session") -> Callable[[Watch], InfluenceResult]:
     )
 
 
-def _progress(session: "Session", value: tuple[StudyJob, float]) -> None:
-    job, percent = value
-    if job is session.study.job:
-        session.view.study.progress.value = percent
+def _report(session: "Session") -> Callable[[Watch], PaperFiles]:
+    space, tab = session.state.space, session.view.study
+    quick, seed = bool(tab.quick.value), round(tab.seed.value)
+    return lambda watch: paper_files.redo(space, quick=quick, seed=seed, watch=watch)
+
+
+_WORK: dict[str, Callable[["Session"], Callable[[Watch], Any]]] = {
+    "sampling": _sampling,
+    "influence": _influence,
+    "report": _report,
+}
+
+
+def _progress(session: "Session", value: tuple[StudyJob, float, str]) -> None:
+    job, percent, stage = value
+    if job is not session.study.job:
+        return
+    session.view.study.progress.value = percent
+    if job.kind == "report":  # its stages take a while each
+        session.say(f"The paper: {markup.escape(stage)} …", "busy")
 
 
 def _done(session: "Session", value: tuple[StudyJob, Any, str | None]) -> None:
@@ -130,8 +130,10 @@ def _done(session: "Session", value: tuple[StudyJob, Any, str | None]) -> None:
     if job.kind == "sampling":
         desk.sampled, desk.held_against = found
         desk.band = _band_of(desk.sampled)
-    else:
+    elif job.kind == "influence":
         desk.influence = found
+    else:
+        desk.paper = found
     session.say(_CALM[job.kind])
     refresh(session)
 
@@ -171,10 +173,10 @@ def refresh(session: "Session") -> None:
     """Bring texts, charts and band of the study up to date; cheap if nothing has changed."""
     desk, state = session.study, session.state
     _draw_band(session)
-    stale = [f is not None and state.is_stale(f) for f in (desk.sampled, desk.influence)]
+    found = (desk.sampled, desk.influence, desk.paper)
+    stale = [f is not None and state.is_stale(f) for f in found]
     made_of: tuple[Any, ...] = (
-        desk.sampled,
-        desk.influence,
+        *found,
         desk.load,
         desk.chart,
         session.view.dark,
@@ -186,9 +188,11 @@ def refresh(session: "Session") -> None:
         return
     desk.written = made_of
     tab = session.view.study
+    by_file = {"uncertainty": desk.sampled, "influence": desk.influence, "paper": desk.paper}
     for name, handle in tab.files.items():
-        needed = desk.sampled if name.startswith("uncertainty") else desk.influence
-        handle.disabled = needed is None
+        handle.disabled = by_file[name.partition(".")[0]] is None
+    if desk.paper is not None:
+        tab.judged.content = study_markup.judged(desk.paper.words, stale=stale[2])
     tab.band.visible = desk.sampled is not None
     if desk.sampled is not None:
         tab.sampled.content = study_markup.sampling(desk.sampled, stale=stale[0])
@@ -257,38 +261,6 @@ def _file(session: "Session", value: Any, name: str) -> None:
         session.notices.tell(value.client_id, "Nothing to download", "That has not been computed.")
         return
     client.send_file_download(name, content, save_immediately=True)
-
-
-def study_file(desk: StudyDesk, result: SearchResult | None, name: str) -> bytes | None:
-    """Return the content of a download as the command line writes it, or None."""
-    if name == "uncertainty.json":
-        return None if desk.sampled is None else _document(desk, desk.sampled, result)
-    if desk.influence is None:
-        return None
-    if name == "influence.csv":
-        return desk.influence.to_csv().encode()
-    return (json.dumps(desk.influence.to_dict(), allow_nan=False) + "\n").encode()
-
-
-def _document(desk: StudyDesk, sampled: MonteCarloResult, result: SearchResult | None) -> bytes:
-    """Return samples, and what belongs to the same bounds: influence and the worst case's place."""
-    study = Study(sampled=sampled)
-    if desk.influence is not None and _same_bounds(desk.influence, sampled):
-        study.influence = desk.influence
-    if result is not None and result.solver == sampled.solver and _same_bounds(result, sampled):
-        if desk.held_against is not result:  # its place among the samples was not counted
-            sampled = replace(sampled, below=None)
-        study.worst = result
-        study.comparison = kneecore.compare_with_sampling(result, sampled)
-    return (json.dumps(study.to_dict(), allow_nan=False) + "\n").encode()
-
-
-def _same_bounds(a: Any, b: Any) -> bool:
-    return (
-        np.array_equal(a.space.lower, b.space.lower)
-        and np.array_equal(a.space.upper, b.space.upper)
-        and a.rest_length == b.rest_length
-    )
 
 
 DEEDS: dict[str, Callable[..., None]] = {

@@ -22,7 +22,8 @@ _FLOOR_TICKS = (0.0, 0.5, 1.0)
 _TICK_SHIFT = ((-0.007, -0.002, 0.006), (0.012, -0.002, -0.003))
 _TITLE_SHIFT = ((-0.008, -0.010, 0.014), (0.020, -0.010, 0.0))
 _MAX_TICKS = 12
-_MARKED = ("your knee", "", "\u2002model 1", "\u2002model 2")
+_MARKED = ("your knee", "", "model 1", "model 2")
+_BESIDE = (0.0045, 0.0, -0.0033)  # to the right, as the camera first sees it
 
 
 def camera_position() -> tuple[float, float, float]:
@@ -152,8 +153,10 @@ class LandscapeScene:
         if mark is None:
             return
         x, y, z = landscape.spot(box, mark)
-        ball.position, name.position = (x, y, z), (x, y + (1.6 * _BALL if k == 0 else 0.0), z)
-        name.text = _MARKED[k]
+        ball.position = (x, y, z)
+        _write(
+            name, _MARKED[k], np.array([x, y, z]), (0.0, 1.6 * _BALL, 0.0) if k == 0 else _BESIDE
+        )
         line.points = np.float32(landscape.stem(box, mark))
 
     def _write_axes(self, box: Box, shown: Picture, title: str) -> None:

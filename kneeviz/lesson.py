@@ -28,7 +28,12 @@ class Step:
     """Done when its button is pressed."""
 
 
-_CALM: Deeds = (("overlay", False), ("mode", "sweep"), ("forces", False))
+_CALM: Deeds = (
+    ("landscape", False),
+    ("overlay", False),
+    ("mode", "sweep"),
+    ("forces", False),
+)
 
 STEPS = (
     Step(
@@ -83,11 +88,12 @@ STEPS = (
         title="A cheap stand-in",
         text="Simulate 50 random knees (the faint curves), and fit a smooth function through "
         "them: the surrogate, drawn dashed. It answers at once, and it is wrong by an amount "
-        "that stands below the curve.",
-        question="How far is the dashed curve from the true one for other random knees?",
-        button="Another random knee",
+        "that stands below the curve. The landscape shows both over two of the dials: the true "
+        "model grey, the stand-in purple. Turn it with the mouse.",
+        question="Where do the two sheets part, and do they so at every random knee?",
+        button="Landscape of a random knee",
         stage=(*_CALM, ("moment", 2.0)),
-        press=(("preset", "Random, within bounds"),),
+        press=(("preset", "Random, within bounds"), ("landscape", True)),
     ),
     Step(
         title="Evolution finds the extremes",
@@ -107,7 +113,7 @@ STEPS = (
         "Mind that this knee is a planar reconstruction, no patient.",
         question="At which moment do the two part?",
         button="Play both",
-        stage=(("mode", "sweep"), ("overlay", True), ("moment", 0.0)),
+        stage=(("landscape", False), ("mode", "sweep"), ("overlay", True), ("moment", 0.0)),
         press=(("play", True),),
     ),
 )

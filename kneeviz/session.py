@@ -29,6 +29,7 @@ from kneeviz.playback import FRAME_SECONDS, Playback
 from kneeviz.plots import Band, Markers, Shown
 from kneeviz.search_job import SearchJob
 from kneeviz.state import SCALE, WIDTH, KneeState, Solved, runs_in_time, training_curves
+from kneeviz.study_desk import StudyDesk
 from kneeviz.view import View
 from kneeviz.worker import Actions, Worker
 
@@ -69,7 +70,7 @@ class Session:
         """When to bring sliders and surrogate to bounds that moved, s of `time.monotonic`."""
         self.rising: list[float] = []
         self.overlay = False
-        self.study = do_study.StudyDesk()
+        self.study = StudyDesk()
         self.methods = do_methods.MethodsDesk()
         self.landscape = LandscapeShow(self.post)
         self.band: Band | None = None

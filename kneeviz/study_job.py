@@ -17,7 +17,10 @@ Watch = Callable[[Any], bool]
 
 
 class StudyJob:
-    """Posts "KEY_progress" while it runs and "KEY_done" with (job, result or None, why).
+    """Posts what it does, and its result.
+
+    While it runs "KEY_progress" with (job, per cent, stage), at its end "KEY_done" with (job,
+    result or None, why).
 
     Without a result, `why` says what went wrong; it is None after a cancellation.
 
@@ -55,7 +58,7 @@ class StudyJob:
         if now - self._last_report >= _REPORT_SECONDS:
             self._last_report = now
             share = progress.done / max(progress.total, 1)
-            self._post(f"{self._key}_progress", (self, 100.0 * min(share, 1.0)))
+            self._post(f"{self._key}_progress", (self, 100.0 * min(share, 1.0), progress.stage))
         return self._cancelled.is_set()
 
     def _run(self) -> None:

@@ -72,6 +72,14 @@ def sampling(found: Any, *, stale: bool) -> str:
     )
 
 
+def judged(words: str, *, stale: bool) -> str:
+    """Return what became of the paper's claims."""
+    return markup.box(
+        (STALE if stale else "") + f"The paper: {markup.escape(words)}",
+        style=STALE_STYLE if stale else "",
+    )
+
+
 def _dot(colour: str, size: int = 9) -> str:
     return (
         f'<span style="display:inline-block;width:{size}px;height:{size}px;border-radius:50%;'
@@ -114,11 +122,9 @@ def landscape_key(
         own += f" {_dot(colours.surrogate, 7)}what the surrogate says of it"
     lines.append(own)
     beside = _worst_words(shown, box, colours) + _training_words(shown, box, colours)
-    off = f"On both sheets the other {len(found.x) - 2} parameters are your knee's."
+    off = f"Both sheets have your knee's other {len(found.space.names) - 2} parameters."
     if beside:
-        off += (
-            " Those of the training knees and worst cases are their own: they lie off the sheets."
-        )
+        off += " Training knees and worst cases have their own: they lie off the sheets."
     body = "".join(f'<div style="line-height:1.5">{line}</div>' for line in lines + beside)
     words = f'<div style="margin-top:4px">{error_words(found, name)}</div>'
     return markup.box(body + words + markup.faint(off))

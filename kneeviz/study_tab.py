@@ -19,7 +19,7 @@ class StudyTab:
     """Sampling, influence and the landscape: buttons, progress, and what they found."""
 
     def __init__(self, gui: Any, post: Post, free: tuple[str, ...]) -> None:
-        gui.add_html(markup.box(markup.faint(_INTRO)))
+        self.intro = gui.add_html(markup.box(markup.faint(_INTRO)))
         self.runs = {
             "sampling": gui.add_button(
                 "Sampling",
@@ -33,8 +33,15 @@ class StudyTab:
                 "Charts in the tab “Influence” on the left.",
             ),
         }
+        self.runs["report"] = gui.add_button(
+            "The paper, claim by claim",
+            color="gray",
+            hint="Redoes the searches and samples of Ciszkiewicz & Dumas 2024 within your bounds "
+            "(rest lengths as there) and holds every claim against them: a report to download.",
+        )
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
+        self.judged = gui.add_html("")
         self.sampled = gui.add_html("")
         self.band = gui.add_checkbox("Band", True, visible=False, hint="Behind the curves.")
         self.landscape = gui.add_button(
@@ -76,6 +83,11 @@ class StudyTab:
                 hint="Of the indices; each costs as many models as there are free parameters, and "
                 "two more. More rows, narrower intervals.",
             )
+            self.quick = gui.add_checkbox(
+                "Quick paper",
+                True,
+                hint="Smaller searches and fewer samples: a preview in seconds instead of minutes.",
+            )
             self.seed = gui.add_number(
                 "Study seed", 0, min=0, max=2**31 - 1, step=1, hint="The same seed, the same bytes."
             )
@@ -86,6 +98,8 @@ class StudyTab:
                 "uncertainty.json": gui.add_button("Study (uncertainty.json)", disabled=True),
                 "influence.json": gui.add_button("Influence (influence.json)", disabled=True),
                 "influence.csv": gui.add_button("Influence (influence.csv)", disabled=True),
+                "paper.html": gui.add_button("The paper (paper.html)", disabled=True),
+                "paper.zip": gui.add_button("The paper, all files (.zip)", disabled=True),
             }
 
     def _connect(self, post: Post) -> None:
@@ -115,6 +129,7 @@ class StudyTab:
     def show_landscape(self, shown: bool) -> None:
         """Show what belongs to the landscape, or hide it."""
         self.landscape.label = BACK if shown else SHOW
+        self.intro.visible = not shown  # its key needs the room
         for handle in (self.height, *self.axes, self.zoom, self.key):
             handle.visible = shown
 

@@ -21,7 +21,7 @@ def test_every_deed_is_one_that_the_stage_knows(monkeypatch, step):
     done = []
     session = SimpleNamespace(glide_to=lambda moment: done.append(moment))
     known = ("set_overlay", "set_mode", "set_forces", "set_playing", "choose_preset")
-    for name in (*known, "start_search"):
+    for name in (*known, "start_search", "set_landscape"):
         monkeypatch.setattr(do_lesson, name, lambda *args: done.append(args))
     for deed in (*step.stage, *step.press):
         before = len(done)

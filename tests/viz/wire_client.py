@@ -56,6 +56,7 @@ class WireClient:
     """One visitor. Use it as a context manager."""
 
     def __init__(self, port: int, *, on_message: Callable[[dict[str, Any]], None] | None = None):
+        self.port = port
         self._socket = connect(
             f"ws://127.0.0.1:{port}",
             subprotocols=[f"viser-v{viser.__version__}"],

@@ -1,0 +1,74 @@
+"""The paper redone for the bounds on screen, as files to take away."""
+
+import io
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import kneecore
+from kneecore import ParameterSpace
+from kneecore._threads import available_cores
+
+if TYPE_CHECKING:  # its figures' library takes a second to load
+    from kneecore import PaperReport
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaperFiles:
+    """A report's files and what it says in a line."""
+
+    space: ParameterSpace
+    rest_length: str
+    words: str
+    """How many of the paper's claims agree, differ, or cannot be compared."""
+    page: bytes
+    """One HTML page with its figures inside."""
+    everything: bytes
+    """All of the report's files, as a ZIP."""
+
+
+def redo(
+    space: ParameterSpace, *, quick: bool, seed: int, watch: Callable[[Any], bool]
+) -> PaperFiles:
+    """Compute the paper again and draw its report.
+
+    Raises
+    ------
+    KneecoreError, Cancelled
+        As `kneecore.redo_paper`.
+    """
+    report = kneecore.redo_paper(
+        space,
+        quick=quick,
+        seed=seed,
+        threads=max(1, available_cores() - 1),  # one core stays free for the view
+        callback=watch,
+    )
+    watch(kneecore.Progress(stage="drawing the figures", done=1, total=1))
+    return PaperFiles(
+        space=space,
+        rest_length="recomputed",
+        words=_words(report),
+        page=report.html().encode(),
+        everything=_packed(report),
+    )
+
+
+def _words(report: "PaperReport") -> str:
+    agree, differ, open_ = (
+        len(report.by_outcome(o)) for o in ("agrees", "differs", "cannot be compared")
+    )
+    counts = f"{agree} agree, {differ} differ, {open_} cannot be compared"
+    budget = (
+        "quick: smaller searches, fewer samples" if report.quick else "the paper\u2019s budgets"
+    )
+    return f"{len(report.verdicts)} claims: {counts} ({budget}; {report.seconds:.0f} s)."
+
+
+def _packed(report: "PaperReport") -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in report.files():
+            archive.writestr(name, content)
+    return packed.getvalue()
