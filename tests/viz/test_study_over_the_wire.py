@@ -31,6 +31,15 @@ def text(visitor, handle):
     return visitor.props[widget(handle)]["content"]
 
 
+def download(visitor, handle, name, size=500):
+    """Press a file's button once it can be pressed; return when `size` bytes are there."""
+    eventually(lambda: not handle.disabled)
+    visitor.downloads.pop(name, None)
+    press(visitor, handle)
+    visitor.wait(lambda c: len(c.downloads.get(name, b"")) >= size)
+    return visitor.downloads[name]
+
+
 def asked(value):
     return controls.Asked(None, -1, value)
 
@@ -105,12 +114,13 @@ class TestSampling:
         visitor.set(widget(study.n_samples), 1_000_000)
         eventually(lambda: study.n_samples.value == 1_000_000)
         press(visitor, study.runs["sampling"])
-        visitor.wait(lambda c: (c.values.get(widget(study.progress)) or 0) > 0)
+        eventually(lambda: session.study.job is not None and study.progress.visible)
+        visitor.wait(lambda c: 0 < (c.values.get(widget(study.progress)) or 0) < 100)
         assert study.runs["influence"].disabled
         press(visitor, study.cancel)
         eventually(lambda: session.study.job is None)
         assert session.study.sampled is before
-        assert not study.runs["influence"].disabled
+        eventually(lambda: not study.runs["influence"].disabled)
         status = session.view.transport.status
         visitor.wait(lambda c: "study was cancelled" in text(c, status))
 
@@ -177,32 +187,26 @@ class TestInfluence:
 
     def test_files_are_those_of_the_command_line(self, session, visitor, study, found):
         sampled(session, visitor, study)
-        for name, handle in study.files.items():
-            if not name.startswith("paper"):
-                press(visitor, handle)
-                visitor.wait(lambda c, n=name: len(c.downloads.get(n, b"")) > 500)
-        document = json.loads(visitor.downloads["uncertainty.json"])
+        names = ("uncertainty.json", "influence.json", "influence.csv")
+        files = {name: download(visitor, study.files[name], name) for name in names}
+        document = json.loads(files["uncertainty.json"])
         assert document["n_samples"] == 500
         assert document["influence"]["n_base"] == 256
         assert document["comparison"] is None
-        assert json.loads(visitor.downloads["influence.json"]) == found.to_dict()
-        assert visitor.downloads["influence.csv"].decode() == found.to_csv()
+        assert json.loads(files["influence.json"]) == found.to_dict()
+        assert files["influence.csv"].decode() == found.to_csv()
 
     def test_a_worst_case_found_later_has_no_place_among_the_samples(self, session, visitor, study):
         """Its shares were counted for no worst case; nothing may be made up."""
         sampled(session, visitor, study)
         session.post(("search", "surrogate"))
         eventually(lambda: session.job is None and session.state.result is not None)
-        press(visitor, study.files["uncertainty.json"])
-        visitor.wait(lambda c: b'"comparison": {' in c.downloads.get("uncertainty.json", b""))
-        document = json.loads(visitor.downloads["uncertainty.json"])
+        name = "uncertainty.json"
+        document = json.loads(download(visitor, study.files[name], name))
         assert document["comparison"]["share_of_samples_below"] is None
         session.study.sampled = None
         sampled(session, visitor, study)
-        visitor.downloads.clear()
-        press(visitor, study.files["uncertainty.json"])
-        visitor.wait(lambda c: b'"schema"' in c.downloads.get("uncertainty.json", b""))
-        again = json.loads(visitor.downloads["uncertainty.json"])
+        again = json.loads(download(visitor, study.files[name], name))
         assert np.shape(again["comparison"]["share_of_samples_below"]) == (2, 12)
 
 
@@ -325,12 +329,11 @@ def test_the_paper_claim_by_claim(session, visitor, study):
     eventually(lambda: session.study.paper is not None, 120.0)
     words = [" claims: ", "agree, ", "cannot be compared"]
     visitor.wait(lambda c: all(w in text(c, study.judged) for w in words))
-    for name in ("paper.html", "paper.zip"):
-        press(visitor, study.files[name])
-    visitor.wait(lambda c: c.downloads.get("paper.html", b"").rstrip().endswith(b"</html>"))
-    visitor.wait(
-        lambda c: len(c.downloads.get("paper.zip", b"")) == len(session.study.paper.everything)
-    )
-    with zipfile.ZipFile(io.BytesIO(visitor.downloads["paper.zip"])) as archive:
+    made = session.study.paper
+    page = download(visitor, study.files["paper.html"], "paper.html", len(made.page))
+    assert page == made.page
+    assert page.rstrip().endswith(b"</html>")
+    packed = download(visitor, study.files["paper.zip"], "paper.zip", len(made.everything))
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         assert {"paper.md", "paper.json", "uncertainty.json"} <= set(archive.namelist())
         assert json.loads(archive.read("paper.json"))["quick"] is True
