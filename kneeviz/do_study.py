@@ -129,6 +129,8 @@ def _done(session: "Session", value: tuple[StudyJob, Any, str | None]) -> None:
         return
     if job.kind == "sampling":
         desk.sampled, desk.held_against = found
+        if session.band is desk.band:
+            session.show_band(None)
         desk.band = _band_of(desk.sampled)
     elif job.kind == "influence":
         desk.influence = found
