@@ -49,9 +49,7 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.search.worst_case import worst_case as worst_case
     from kneecore.space import ParameterSpace as ParameterSpace
     from kneecore.study.bound_sweep import BoundSweep as BoundSweep
-    from kneecore.study.bound_sweep import NeededAccuracy as NeededAccuracy
     from kneecore.study.bound_sweep import bound_sweep as bound_sweep
-    from kneecore.study.bound_sweep import needed_accuracy as needed_accuracy
     from kneecore.study.comparison import Comparison as Comparison
     from kneecore.study.comparison import compare_with_sampling as compare_with_sampling
     from kneecore.study.influence import InfluenceResult as InfluenceResult
@@ -61,6 +59,8 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.study.landscape import landscape as landscape
     from kneecore.study.monte_carlo import MonteCarloResult as MonteCarloResult
     from kneecore.study.monte_carlo import monte_carlo as monte_carlo
+    from kneecore.study.needed_accuracy import NeededAccuracy as NeededAccuracy
+    from kneecore.study.needed_accuracy import needed_accuracy as needed_accuracy
     from kneecore.study.paper.report import PaperReport as PaperReport
     from kneecore.study.paper.report import redo_paper as redo_paper
     from kneecore.study.training_sweep import TrainingSweep as TrainingSweep
@@ -99,9 +99,9 @@ _HOME = {
     "worst_case": "search.worst_case",
     "ParameterSpace": "space",
     "BoundSweep": "study.bound_sweep",
-    "NeededAccuracy": "study.bound_sweep",
+    "NeededAccuracy": "study.needed_accuracy",
     "bound_sweep": "study.bound_sweep",
-    "needed_accuracy": "study.bound_sweep",
+    "needed_accuracy": "study.needed_accuracy",
     "Comparison": "study.comparison",
     "compare_with_sampling": "study.comparison",
     "InfluenceResult": "study.influence",

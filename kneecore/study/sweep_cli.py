@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from kneecore.search.progress import Callback
-    from kneecore.study.bound_sweep import BoundSweep, NeededAccuracy
+    from kneecore.study.bound_sweep import BoundSweep
+    from kneecore.study.needed_accuracy import NeededAccuracy
     from kneecore.study.training_sweep import TrainingSweep
 
 COMMAND = "python -m kneecore.sweep"
@@ -114,7 +115,8 @@ def _file(options: _Shared) -> str:
 def _sweep(options: Training | Bound, stop: threading.Event, show: "Callback") -> _Done:
     from kneecore.search.cancelled import Cancelled
     from kneecore.search.output import prepare_folder
-    from kneecore.study.bound_sweep import bound_sweep, needed_accuracy
+    from kneecore.study.bound_sweep import bound_sweep
+    from kneecore.study.needed_accuracy import needed_accuracy
     from kneecore.study.training_sweep import training_sweep
 
     done = _Done()

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from kneecore.search.figures import COLOURS, STYLE
 
 if TYPE_CHECKING:
-    from kneecore.study.bound_sweep import BoundSweep, NeededAccuracy
+    from kneecore.study.bound_sweep import BoundSweep
+    from kneecore.study.needed_accuracy import NeededAccuracy
     from kneecore.study.training_sweep import TrainingSweep
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,8 @@ from kneecore.tables import render, table
 
 if TYPE_CHECKING:
     from kneecore.space import ParameterSpace
-    from kneecore.study.bound_sweep import BoundSweep, NeededAccuracy
+    from kneecore.study.bound_sweep import BoundSweep
+    from kneecore.study.needed_accuracy import NeededAccuracy
     from kneecore.study.training_sweep import TrainingSweep
 
 NO_PROOF = "Exact searches: the worst found from many starts, which is no proof of the worst."
