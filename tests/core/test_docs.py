@@ -11,7 +11,15 @@ import kneecore
 MODULES = [
     info.name
     for info in pkgutil.walk_packages(kneecore.__path__, "kneecore.")
-    if not info.name.endswith(("__main__", "kneecore.simulate", "kneecore.uncertainty"))
+    if not info.name.endswith(
+        (
+            "__main__",
+            "kneecore.simulate",
+            "kneecore.uncertainty",
+            "kneecore.sweep",
+            "kneecore.paper",
+        )
+    )
 ]
 
 
