@@ -61,7 +61,7 @@ def follow(session: "Session") -> float | None:
         return None
     tab = session.view.search
     objective, seed = tab.objective.value, round(tab.seed.value)
-    bounds = (id(state.space), state.bounds.rest_length)
+    bounds = (state.space, state.bounds.rest_length)  # a space is equal to itself alone
     if live.is_new((*bounds, state.x.tobytes(), objective, seed)):
         _ask(session, objective, seed)
     if live.slow_at is not None and time.monotonic() >= live.slow_at:

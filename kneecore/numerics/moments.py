@@ -53,7 +53,10 @@ class Stream:
             low = np.concatenate([self._low, samples])
             high = np.concatenate([self._high, samples])
         self.n += n
-        if len(low) > self._n_kept:
+        if low is high and n > 2 * self._n_kept:  # one pass for both ends
+            parted = np.partition(samples, (self._n_kept - 1, n - self._n_kept), axis=0)
+            low, high = parted[: self._n_kept], parted[-self._n_kept :]
+        elif len(low) > self._n_kept:
             low = np.partition(low, self._n_kept - 1, axis=0)[: self._n_kept]
             high = np.partition(high, -self._n_kept, axis=0)[-self._n_kept :]
         self._low, self._high = low, high

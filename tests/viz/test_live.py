@@ -212,6 +212,15 @@ class TestLive:
         assert live.state.result.x.tobytes() == headless(space).x.tobytes()
         assert not live.live.slow
 
+    def test_sliders_and_surrogate_follow_when_the_hand_rests(self, live, visitor):
+        old = live.state.surrogate
+        set_bound(live, visitor, 0.5)
+        eventually_found(live, ParameterSpace(geometry_bound_mm=0.5))
+        slider = widget(live.view.knee.sliders[0])
+        visitor.wait(lambda c: c.props[slider]["max"] == pytest.approx(-13.5))
+        eventually(lambda: live.state.surrogate not in (None, old))
+        assert live.state.surrogate.space is live.state.space
+
     def test_wide_bounds_say_so_and_give_way(self, live, visitor):
         note = widget(live.view.search.live_note)
         set_bound(live, visitor, 6.0)
