@@ -22,6 +22,9 @@ from kneecore.numerics.thin_plate import LANES
 
 FloatArray = NDArray[np.float64]
 
+SHORTEST_PAUSE, LONGEST_PAUSE = 8, 64
+"""Calls without helpers, of a millisecond or two each, after helpers have come in vain."""
+
 _EMPTY = np.empty(0)
 _NO_BREEDING = (_EMPTY, _EMPTY, _EMPTY, np.empty(0, np.int64), 0, 0, 0.0, _EMPTY, 0.0, 0, 0, _EMPTY)
 
@@ -61,6 +64,7 @@ class SurrogatePair:
         self._surrogate = surrogate
         self._weights = weights
         self._threads = thread_count(threads)
+        self._alone, self._pause = 0, 0
         n_rows = -len(surrogate.weights) % 4
         wanted = np.zeros(len(surrogate.weights) + n_rows)
         wanted[: len(weights)] = weights
@@ -129,6 +133,16 @@ class SurrogatePair:
             call(*arguments, leads)
 
         n_blocks = -(-n_fresh // LANES)
-        run_together(work, min(self._threads, n_blocks))
-        if counters[LEAVE] > 0:  # the machine is busy
-            self._threads = 1
+        helped = self._alone == 0
+        run_together(work, min(self._threads, n_blocks) if helped else 1)
+        self._next_help(helped, counters[LEAVE] > 0)
+
+    def _next_help(self, helped: bool, in_vain: bool) -> None:
+        """On a busy machine helpers only stop each other: try again after ever longer pauses."""
+        if not helped:
+            self._alone -= 1
+        elif in_vain:
+            self._pause = min(max(2 * self._pause, SHORTEST_PAUSE), LONGEST_PAUSE)
+            self._alone = self._pause
+        else:
+            self._pause //= 2

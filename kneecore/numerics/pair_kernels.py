@@ -23,9 +23,9 @@ _NOTHING = np.int32(0)
 TICKET, DONE, LEAVE, N_COUNTERS = 0, 16, 32, 48
 """Places of the counters of `evolve`, on cache lines of their own."""
 
-PATIENCE = 200_000
-"""Looks in vain at another thread, a nanosecond or so each: a block takes 30 us, so a thread that
-needs ten times that has lost its core to somebody else."""
+PATIENCE = 1000
+"""Looks in vain at another thread (0.3 ns each) per centre and dimension: twenty times what a
+block takes. A thread that needs longer has lost its core to somebody else."""
 
 
 @inline
@@ -134,12 +134,12 @@ def _compare(  # type: ignore[no-untyped-def]
 
 
 @inline
-def _wait(counters, n_done):  # type: ignore[no-untyped-def]
-    """Wait until `n_done` blocks are done."""
+def _wait(counters, n_done, patience):  # type: ignore[no-untyped-def]
+    """Wait until `n_done` blocks are done; send the helpers away after `patience` looks."""
     looks = 0
     while fetch(counters, DONE) < n_done:
         looks += 1
-        if looks == PATIENCE:
+        if looks == patience:
             fetch_add(counters, LEAVE)
 
 
@@ -202,7 +202,7 @@ def evolve(
     order, spare = np.empty(pop_size, dtype=np.int64), np.empty(pop_size, dtype=np.int64)
     n_blocks = (pop_size - n_kept + LANES - 1) // LANES
     n_tickets = n_blocks * max(n_generations, 1)
-    ranked = -1
+    ranked, patience = -1, PATIENCE * centres.size
     ticket = fetch_add(counters, TICKET)
     while ticket < n_tickets:
         step, block = ticket // n_blocks, ticket % n_blocks
@@ -211,7 +211,7 @@ def evolve(
         old, new = step % 2, (step + 1) % 2 if n_generations > 0 else 0
         if n_generations > 0:
             if step != ranked:
-                _wait(counters, step * n_blocks)
+                _wait(counters, step * n_blocks, patience)
                 breeding.rank(values[old], order, spare)
                 ranked = step
             if block == 0:
@@ -253,4 +253,4 @@ def evolve(
             return
         ticket = fetch_add(counters, TICKET)
     if leads:
-        _wait(counters, n_tickets)
+        _wait(counters, n_tickets, patience)

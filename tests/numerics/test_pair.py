@@ -98,26 +98,28 @@ def test_the_leader_of_a_fused_search_may_come_last(surrogate, monkeypatch):
     assert_same_bytes(fused_search(surrogate, 2), wanted)
 
 
-def test_a_helper_that_is_too_slow_leaves_and_the_search_goes_on_alone(surrogate, monkeypatch):
-    wanted, kernel, calls = fused_search(surrogate, 1), pair_module.evolve, []
+def test_helpers_that_are_too_slow_leave_and_are_asked_less_and_less(surrogate, monkeypatch):
+    wanted, kernel = fused_search(surrogate, 1, n_generations=1000), pair_module.evolve
+    drawn, asked = [], []
 
     def busy_machine(*arguments):
         counters, leads = arguments[-2:]
         counters[LEAVE] = not leads
         kernel(*arguments)
-        calls.append((leads, int(counters[TICKET])))
+        drawn.append((leads, int(counters[TICKET])))
         counters[LEAVE] = 1
 
     def helper_first(work, threads):
+        asked.append(threads)
         for leads in (False, True)[threads < 2 :]:
             work(leads)
 
     monkeypatch.setattr(pair_module, "evolve", busy_machine)
     monkeypatch.setattr(pair_module, "run_together", helper_first)
-    assert_same_bytes(fused_search(surrogate, 2), wanted)
-    # The first population: one block of four by the helper, and never again a helper.
-    assert calls[0] == (False, 1)
-    assert [leads for leads, _ in calls] == [False, True, True, True]
+    assert_same_bytes(fused_search(surrogate, 2, n_generations=1000), wanted)
+    # The helper does one block of each call that it is asked to, and is away.
+    assert {ticket for leads, ticket in drawn if not leads} == {1}
+    assert "".join(str(n) for n in asked) == "2" + "1" * 8 + "2" + "1" * 11
 
 
 def test_a_centre_far_from_the_origin_costs_no_digits():
