@@ -20,30 +20,13 @@ class StudyTab:
 
     def __init__(self, gui: Any, post: Post, free: tuple[str, ...]) -> None:
         self.intro = gui.add_html(markup.box(markup.faint(_INTRO)))
-        self.runs = {
-            "sampling": gui.add_button(
-                "Sampling",
-                hint="Simulates thousands of knees, drawn within the bounds, and draws the band "
-                "that holds 99.7 % of them behind the curves.",
-            ),
-            "influence": gui.add_button(
-                "Influence",
-                color="gray",
-                hint="Which parameters decide each angle: Sobol indices from some 30,000 knees. "
-                "Charts in the tab “Influence” on the left.",
-            ),
-        }
-        self.runs["report"] = gui.add_button(
-            "The paper, claim by claim",
-            color="gray",
-            hint="Redoes the searches and samples of Ciszkiewicz & Dumas 2024 within your bounds "
-            "(rest lengths as there) and holds every claim against them: a report to download.",
-        )
-        self.progress = gui.add_progress_bar(0.0, visible=False)
-        self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
-        self.judged = gui.add_html("")
-        self.sampled = gui.add_html("")
-        self.band = gui.add_checkbox("Band", True, visible=False, hint="Behind the curves.")
+        self._add_landscape(gui, free)
+        self._add_runs(gui)
+        self._add_settings(gui)
+        self._add_files(gui)
+        self._connect(post)
+
+    def _add_landscape(self, gui: Any, free: tuple[str, ...]) -> None:
         self.landscape = gui.add_button(
             SHOW,
             color="gray",
@@ -64,9 +47,33 @@ class StudyTab:
             hint="Fit the upright axis to the two sheets; knees beyond it are left out.",
         )
         self.key = gui.add_html("", visible=False)
-        self._add_settings(gui)
-        self._add_files(gui)
-        self._connect(post)
+
+    def _add_runs(self, gui: Any) -> None:
+        self.runs = {
+            "sampling": gui.add_button(
+                "Sampling",
+                hint="Simulates thousands of knees, drawn within the bounds, and draws the band "
+                "that holds 99.7 % of them behind the curves.",
+            ),
+            "influence": gui.add_button(
+                "Influence",
+                color="gray",
+                hint="Which parameters decide each angle: Sobol indices from some 30,000 knees. "
+                "Charts in the tab “Influence” on the left.",
+            ),
+            "report": gui.add_button(
+                "The paper, claim by claim",
+                color="gray",
+                hint="Redoes the searches and samples of Ciszkiewicz & Dumas 2024 within your "
+                "bounds (rest lengths as there) and holds every claim against them: a report to "
+                "download.",
+            ),
+        }
+        self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
+        self.judged = gui.add_html("")
+        self.sampled = gui.add_html("")
+        self.band = gui.add_checkbox("Band", True, visible=False, hint="Behind the curves.")
 
     def _add_settings(self, gui: Any) -> None:
         with gui.add_folder("Study settings", expand_by_default=False):

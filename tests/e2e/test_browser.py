@@ -258,3 +258,64 @@ def test_the_live_worst_case_follows_a_bound(visitor, app):
     visitor.wait_until(lambda: np.allclose(drawn()[:4], before[:4]))
     session.post("live", Asked(session.view.search.live, -1, False))
     visitor.wait_until(lambda: drawn()[0] is None)
+
+
+def shown(visitor, node):
+    """Tell whether a node and all above it are drawn."""
+    return visitor.page.evaluate(
+        "name => { let n = window.__viserMutable.nodeRefFromName[name]; if (!n) return false;"
+        " for (; n; n = n.parent) if (!n.visible) return false; return true; }",
+        node,
+    )
+
+
+def test_the_landscape_takes_the_knees_place_and_gives_it_back(visitor, app):
+    visitor.press("2D")
+    visitor.page.wait_for_timeout(500)
+    flat = camera(visitor)
+    visitor.tab("Study")
+    visitor.press("Show the landscape")
+    visitor.page.get_by_text("knees simulated").wait_for()
+    visitor.wait_until(lambda: shown(visitor, "/landscape/model"))
+    visitor.wait_until(lambda: shown(visitor, "/landscape/surrogate"))
+    assert not shown(visitor, "/knee/femur")
+    assert not shown(visitor, "/knee/ligament_ACL")
+    visitor.wait_until(lambda: np.abs(np.subtract(camera(visitor), flat)).max() > 0.2)
+    visitor.page.wait_for_timeout(500)
+    before = camera(visitor)
+    drag_scene(visitor)
+    assert np.abs(np.subtract(camera(visitor), before)).max() > 0.05
+    visitor.press("Back to the knee")
+    visitor.wait_until(lambda: shown(visitor, "/knee/femur"))
+    assert not shown(visitor, "/landscape/model")
+    visitor.wait_until(lambda: np.allclose(camera(visitor), flat, atol=1e-3))
+    drag_scene(visitor)
+    assert camera(visitor) == pytest.approx(flat, abs=1e-3)
+
+
+def test_the_study_draws_a_band_and_sorted_bars(visitor, app):
+    visitor.tab("Study")
+    visitor.press("Sampling")
+    visitor.page.get_by_text("10,000 knees").wait_for(timeout=60_000)
+    visitor.wait_until(
+        lambda: all(any(v is not None for v in edge) for edge in visitor.curve(chart(app))[3:5])
+    )
+    visitor.press("Influence")
+    visitor.wait_until(lambda: app.session.study.influence is not None, 120)
+    visitor.tab("Influence")
+    visitor.page.get_by_text("decide the angle").wait_for()
+    names = visitor.page.locator("svg text[x='112.0']").all_text_contents()
+    widths = visitor.page.locator("svg g rect:first-of-type").evaluate_all(
+        "all => all.map(r => r.getBBox().width)"
+    )
+    assert len(names) == len(widths) == 28
+    assert names[0] == "Condyle x"
+    assert widths == sorted(widths, reverse=True)
+    visitor.tab("Study")
+    visitor.page.get_by_text("Study files").click()
+    with visitor.page.expect_download() as download:
+        visitor.press("Study (uncertainty.json)")
+    document = json.loads(download.value.path().read_text())
+    assert document["n_samples"] == 10_000
+    assert document["influence"]["parameters"]
+    visitor.tab("Curve")
