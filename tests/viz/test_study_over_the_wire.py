@@ -9,11 +9,11 @@ import zipfile
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.wire_client import WireClient
+from viz.wire_client import CAMERA, WireClient
 
 import kneecore
 from kneecore import NAMES
-from kneeviz import controls, landscape, study_tab, wire
+from kneeviz import controls, landscape, landscape_scene, study_tab, wire
 from kneeviz.study_markup import HEIGHTS, LOADS, with_unit
 
 SHEETS = ("/landscape/model", "/landscape/surrogate")
@@ -221,6 +221,11 @@ class TestInfluence:
         sampled(session, visitor, study)
         again = json.loads(download(visitor, study.files[name], name))
         assert np.shape(again["comparison"]["share_of_samples_below"]) == (2, 12)
+        counted_for = session.state.result
+        session.post(("search", "surrogate"))
+        eventually(lambda: session.job is None and session.state.result is not counted_for)
+        third = json.loads(download(visitor, study.files[name], name))
+        assert third["comparison"]["share_of_samples_below"] is None
 
 
 class TestLandscape:
@@ -275,6 +280,28 @@ class TestLandscape:
             press(visitor, study.landscape)
             other.wait(lambda _: shown["/landscape"] is False and shown["/knee"])
         assert study.landscape.label == study_tab.SHOW
+
+    def test_the_camera_comes_back_to_where_it_was(self, session, visitor, study):
+        seen = []
+
+        def watch(message):
+            if message["type"] == "SetCameraPositionMessage":
+                seen.append(tuple(message["position"]))
+
+        with WireClient(visitor.port, on_message=watch) as other:
+            other.wait(lambda c: c.counts.get("ReplayDoneMessage"))
+            other.wait(lambda _: seen)  # placed when it joined
+            mine = (0.1, 0.2, 1.5)
+            other.send(CAMERA | {"position": mine})
+            eventually(
+                lambda: any(
+                    np.allclose(c.camera.position, mine) for c in session.clients().values()
+                )
+            )
+            self.show(session, visitor, study)
+            other.wait(lambda _: np.allclose(seen[-1], landscape_scene.camera_position()))
+            press(visitor, study.landscape)
+            other.wait(lambda _: np.allclose(seen[-1], mine))
 
     def test_it_follows_a_slider_and_rests_while_hidden(self, session, visitor, study):
         self.show(session, visitor, study)
