@@ -119,7 +119,25 @@ class Surrogate:
         """Return the derivatives dy_j/dx_k at `points`, shape (n, d) -> (n, m, d)."""
         x = self._checked(points)
         slopes = np.empty((len(x), self.n_values, self.n_dimensions))
-        thin_plate.gradient(x, self.centres, self.weights, self.tail, slopes)
+        for j in range(self.n_values):
+            one = np.zeros((len(x), self.n_values))
+            one[:, j] = 1.0
+            slopes[:, j] = self.weighted_gradient(x, one)
+        return slopes
+
+    def weighted_gradient(self, points: ArrayLike, sums: ArrayLike) -> FloatArray:
+        """Return the gradients of sum_j s_j y_j at `points`, shape (n, d) -> (n, d).
+
+        `sums`, shape (n, m), has each point's own s.
+        """
+        x = self._checked(points)
+        s = np.ascontiguousarray(sums, dtype=np.float64)
+        if s.shape != (len(x), self.n_values):
+            raise ParameterError(
+                f"`sums` has shape {s.shape}; ({len(x)}, {self.n_values}) is allowed"
+            )
+        slopes = np.empty(x.shape)
+        thin_plate.weighted_gradient(x, s, self.centres, self.weights, self.tail, slopes)
         return slopes
 
     def _checked(self, points: ArrayLike) -> FloatArray:

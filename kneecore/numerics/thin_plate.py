@@ -142,30 +142,45 @@ def evaluate(
 
 
 @kernel
-def gradient(
+def weighted_gradient(
     points: FloatArray,
+    sums: FloatArray,
     centres: FloatArray,
     weights: FloatArray,
     tail: FloatArray,
     slopes: FloatArray,
 ) -> None:
-    """Fill `slopes` (n_points, m, d) with dy_j/dx_k.
+    """Fill `slopes` (n_points, d) with the gradients of sum_j s_j y_j, s each point's own `sums`.
 
-    That is sum_i 2 w_ij (log q_i + 1)(x_k - c_ik) + b_kj. The other arrays are those of `evaluate`.
+    That of y_j is sum_i 2 w_ij (log q_i + 1)(x - c_i) + b_j. The other arrays are those of
+    `evaluate`.
     """
-    n = centres.shape[0]
-    x = np.zeros((centres.shape[1], LANES))
+    n, d, m = centres.shape[0], centres.shape[1], sums.shape[1]
+    x, g, s = np.zeros((d, LANES)), np.empty((d, LANES)), np.empty((m, LANES))
     q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
+    pull = np.empty(LANES)
     for first in range(0, points.shape[0], LANES):
         load(points, first, 0, points.shape[1], x)
+        load(sums, first, 0, m, s)
         squared_distances(x, centres, q)
         _log(q.reshape(n * LANES), parts, log_q.reshape(n * LANES))
+        for k in range(d):
+            for j in range(LANES):
+                g[k, j] = 0.0
+            for row in range(m):
+                for j in range(LANES):
+                    g[k, j] += s[row, j] * tail[row, k]
+        for i in range(n):
+            for j in range(LANES):
+                pull[j] = 0.0
+            for row in range(m):
+                for j in range(LANES):
+                    pull[j] += s[row, j] * weights[row, i]
+            for j in range(LANES):
+                pull[j] *= 2.0 * (log_q[i, j] + 1.0)
+            for k in range(d):
+                for j in range(LANES):
+                    g[k, j] += pull[j] * (x[k, j] - centres[i, k])
         for j in range(min(LANES, points.shape[0] - first)):
-            for row in range(slopes.shape[1]):
-                for k in range(slopes.shape[2]):
-                    total = tail[row, k]
-                    for i in range(n):
-                        total += (
-                            2.0 * weights[row, i] * (log_q[i, j] + 1.0) * (x[k, j] - centres[i, k])
-                        )
-                    slopes[first + j, row, k] = total
+            for k in range(slopes.shape[1]):
+                slopes[first + j, k] = g[k, j]

@@ -43,7 +43,15 @@ class Options(SpaceOptions):
     or ga options)."""
     space: Literal["surrogate", "model"] | None = None
     """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
-    exact values). Unset: the surrogate with ga, the model with exact."""
+    exact values). Unset: the surrogate with ga or --repair, the model with exact."""
+    repair: bool = False
+    """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
+    to the samples, fit again, search again; then try one input at a time at its other bound."""
+    repair_gap_percent: float = 1.0
+    """Gap between surrogate and model at the optimum below which the surrogate counts as repaired,
+    per cent."""
+    repair_models: int = 40
+    """Model runs that a repair may add."""
     solver: Literal["dynamics", "equilibrium"] = "dynamics"
     """The response of the true model: its motion over 23 s, or the knee at rest under each load."""
     training_samples: int = 50
@@ -83,6 +91,9 @@ def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> 
         seed=options.seed,
         rest_length=options.rest_length,
         solver=options.solver,
+        repair=options.repair,
+        repair_gap_percent=options.repair_gap_percent,
+        repair_models=options.repair_models,
         threads=options.threads,
         options=options.ga,
         callback=callback,
@@ -106,17 +117,20 @@ def _check(options: Options, space: "ParameterSpace") -> None:
     """Refuse what can be refused before anything is computed or written."""
     from kneecore._threads import thread_count
     from kneecore.search.output import prepare_folder
-    from kneecore.search.pair_search import PairSettings
+    from kneecore.search.pair_search import PairSettings, default_space
 
     settings = PairSettings(
         method=options.method,
-        search_space=options.space or ("surrogate" if options.method == "ga" else "model"),
+        search_space=options.space or default_space(options.method, repair=options.repair),
         training_samples=options.training_samples,
         pop_size=options.pop_size,
         n_generations=options.generations,
         n_runs=options.runs,
         options=options.ga,
         seed=options.seed,
+        repair=options.repair,
+        repair_gap_percent=options.repair_gap_percent,
+        repair_models=options.repair_models,
     )
     settings.check_training(space.n_free)
     thread_count(options.threads)

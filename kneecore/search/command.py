@@ -8,6 +8,7 @@ import numpy as np
 
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.parameters import widened
+from kneecore.search.pair_search import default_space
 from kneecore.space import ParameterSpace
 
 if TYPE_CHECKING:
@@ -45,7 +46,11 @@ def command_line(result: "SearchResult") -> str:
     words += [
         ("--method", result.method, "ga"),
         ("--solver", result.solver, "dynamics"),
-        ("--space", result.search_space, "surrogate" if result.method == "ga" else "model"),
+        (
+            "--space",
+            result.search_space,
+            default_space(result.method, repair=result.repair is not None),
+        ),
         ("--training-samples", result.training_samples, 50),
         ("--pop-size", result.pop_size, 200),
         ("--generations", result.n_generations, 800),
@@ -54,6 +59,11 @@ def command_line(result: "SearchResult") -> str:
         ("--seed", result.seed, 0),
         ("--rest-length", result.rest_length, "recomputed"),
     ]
+    if result.repair is not None:
+        words += [
+            ("--repair-gap-percent", result.repair.goal_percent, 1.0),
+            ("--repair-models", result.repair.max_models, 40),
+        ]
     usual = GeneticOptions()
     for option in fields(GeneticOptions):
         name = option.name
@@ -62,4 +72,6 @@ def command_line(result: "SearchResult") -> str:
     given = [
         f"{flag} {shlex.quote(str(value))}" for flag, value, default in words if value != default
     ]
+    if result.repair is not None:
+        given.append("--repair")
     return " ".join(["python -m kneecore.search", *given])

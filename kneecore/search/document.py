@@ -18,6 +18,7 @@ from kneecore.parameters import ALL_NAMES, LIGAMENTS, N_PARAMETERS, NAMES, check
 from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
 from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.repair_history import Repair, RepairRound
 from kneecore.search.result import COUNTS, SearchResult
 from kneecore.space import ParameterSpace
 
@@ -88,6 +89,7 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     document["predicted_flexion_deg"] = _predicted(result)
     document["training"] = _training(result)
     document["evidence"] = _evidence(result.evidence)
+    document["repair"] = _repair(result.repair)
     document["search"] = {
         "pop_size": result.pop_size,
         "generations": result.n_generations,
@@ -174,6 +176,47 @@ def _read_evidence(table: dict[str, Any] | None) -> Evidence | None:
         n_evaluations=int(table["models_with_gradient"]),
         n_lost=int(table["models_lost"]),
         n_in_motion=int(table["models_in_motion"]),
+    )
+
+
+def _repair(repair: Repair | None) -> dict[str, Any] | None:
+    if repair is None:
+        return None
+    return {
+        "goal_percent": repair.goal_percent,
+        "max_models": repair.max_models,
+        "models_added": repair.n_models,
+        "models_failed": repair.n_failed,
+        "reached": repair.reached,
+        "rounds": [
+            {
+                "models_added": r.n_models,
+                "objective_surrogate": _optional(r.objective_surrogate),
+                "objective_model": _optional(r.objective_model),
+                "gap_percent": _optional(r.gap_percent),
+            }
+            for r in repair.rounds
+        ],
+    }
+
+
+def _read_repair(table: dict[str, Any] | None) -> Repair | None:
+    if table is None:
+        return None
+    return Repair(
+        goal_percent=float(table["goal_percent"]),
+        max_models=int(table["max_models"]),
+        n_models=int(table["models_added"]),
+        n_failed=int(table["models_failed"]),
+        rounds=tuple(
+            RepairRound(
+                n_models=int(r["models_added"]),
+                objective_surrogate=float(r["objective_surrogate"]),
+                objective_model=_number_or_none(r, "objective_model"),
+                gap_percent=_number_or_none(r, "gap_percent"),
+            )
+            for r in table["rounds"]
+        ),
     )
 
 
@@ -299,6 +342,7 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
         if "solver" in document
         else "dynamics",
         evidence=_read_evidence(document.get("evidence")),
+        repair=_read_repair(document.get("repair")),
         search_space=_choice(document, "space", get_args(SearchSpace)),
         objective=_choice(document, "objective", get_args(Objective)),
         rest_length=_choice(document, "rest_length", get_args(RestLength)),

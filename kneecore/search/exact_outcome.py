@@ -14,15 +14,17 @@ from kneecore.search.exact import ExactSettings, climb_pair
 from kneecore.search.exact_knee import exact_worst_case
 from kneecore.search.knee import KneeModel, Objective
 from kneecore.search.pair_search import (
+    Found,
     PairOutcome,
     PairSettings,
     UnitModel,
     checked_weights,
     train,
+    verified,
 )
 from kneecore.search.progress import Callback, Progress
 
-__all__ = ["exact_in_knee", "exact_in_surrogate"]
+__all__ = ["climb_surrogate", "exact_in_knee", "exact_in_surrogate"]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +32,7 @@ FloatArray = NDArray[np.float64]
 def _slopes(surrogate: Surrogate) -> Slopes:
     def slopes(u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         y = surrogate(u)
-        return (w * y).sum(axis=1), (w[:, :, None] * surrogate.gradient(u)).sum(axis=1), y
+        return (w * y).sum(axis=1), surrogate.weighted_gradient(u, w), y
 
     return slopes
 
@@ -62,6 +64,41 @@ class _Watch:
         return "cancelled" if self.cancelled else "converged"
 
 
+def climb_surrogate(
+    surrogate: Surrogate,
+    weights: FloatArray,
+    settings: PairSettings,
+    callback: Callback | None = None,
+    order: Sequence[int] | None = None,
+) -> Found:
+    """Find the most different pair of a surrogate by climbs with its exact gradient.
+
+    `order` is that of `kneecore.search.exact.sign_patterns`.
+    """
+    if weights.min() < 0.0:
+        raise ParameterError(
+            f"`weights` has {weights.min():g}; the method 'exact' takes numbers of at least 0"
+        )
+    watch = _Watch(callback)
+    found = climb_pair(
+        _slopes(surrogate),
+        surrogate.n_dimensions,
+        weights,
+        order=order,
+        settings=ExactSettings(seed=settings.seed),
+        report=watch,
+    )
+    return Found(
+        u=found.u,
+        run_values=(found.value,),
+        best_run=0,
+        history=np.array([*watch.history, found.value]),
+        n_evaluations=0,
+        stop_reason=watch.stop_reason,
+        evidence=found.evidence,
+    )
+
+
 def exact_in_surrogate(
     model: UnitModel,
     n_dimensions: int,
@@ -72,47 +109,13 @@ def exact_in_surrogate(
 ) -> PairOutcome:
     """Find the most different pair of a surrogate; the arguments are those of `find_pair`.
 
-    `order` is that of `kneecore.search.exact.sign_patterns`.
+    `order` is that of `climb_surrogate`.
     """
     training = train(model, n_dimensions, settings, callback)
     wanted = checked_weights(weights, training.surrogate.n_values)
-    if wanted.min() < 0.0:
-        raise ParameterError(
-            f"`weights` has {wanted.min():g}; the method 'exact' takes numbers of at least 0"
-        )
-    watch = _Watch(callback)
     begun = time.perf_counter()
-    found = climb_pair(
-        _slopes(training.surrogate),
-        n_dimensions,
-        wanted,
-        order=order,
-        settings=ExactSettings(seed=settings.seed),
-        report=watch,
-    )
-    searched = time.perf_counter()
-    y = model(found.u)
-    f = float((np.abs(y[0] - y[1]) * wanted).sum())
-    return PairOutcome(
-        u=found.u,
-        y=y,
-        y_surrogate=found.y,
-        objective_surrogate=found.value,
-        objective_model=f if np.isfinite(f) else None,
-        training=training,
-        run_values=(found.value,),
-        best_run=0,
-        history=np.array([*watch.history, found.value]),
-        n_evaluations=0,
-        stop_reason=watch.stop_reason,
-        seconds={
-            "sampling": training.seconds_sampling,
-            "fit": training.seconds_fit,
-            "search": searched - begun,
-            "verify": time.perf_counter() - searched,
-        },
-        evidence=found.evidence,
-    )
+    found = climb_surrogate(training.surrogate, wanted, settings, callback, order)
+    return verified(model, found, training, wanted, begun)
 
 
 def exact_in_knee(

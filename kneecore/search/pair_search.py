@@ -7,6 +7,7 @@ a user's bounds or to the knee's parameters.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Literal, get_args
 
 import numpy as np
@@ -21,22 +22,35 @@ from kneecore.numerics.surrogate import Surrogate
 from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact import Evidence
 from kneecore.search.progress import Callback, Progress
+from kneecore.search.repair_history import Repair
 
 __all__ = [
+    "Found",
     "Method",
     "PairOutcome",
     "PairSettings",
     "SearchSpace",
     "Training",
     "checked_weights",
+    "default_space",
     "find_pair",
+    "gap_percent",
+    "outputs_of",
+    "pair_value",
+    "search_pair",
     "train",
+    "verified",
 ]
 
 FloatArray = NDArray[np.float64]
 UnitModel = Callable[[FloatArray], FloatArray]
 SearchSpace = Literal["surrogate", "model"]
 Method = Literal["ga", "exact"]
+
+
+def default_space(method: str, *, repair: bool) -> SearchSpace:
+    """Return what a search of the knee evaluates if nothing else is asked for."""
+    return "model" if method == "exact" and not repair else "surrogate"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +69,12 @@ class PairSettings:
     """Independent runs of the genetic algorithm; the best is kept."""
     options: GeneticOptions = field(default_factory=GeneticOptions)
     seed: int = 0
+    repair: bool = False
+    """Whether the surrogate is repaired around its own optimum (`kneecore.search.repair`)."""
+    repair_gap_percent: float = 1.0
+    """Gap at the optimum below which a surrogate counts as repaired, per cent."""
+    repair_models: int = 40
+    """Model runs that a repair may add to the training samples."""
 
     def __post_init__(self) -> None:
         if self.search_space not in get_args(SearchSpace):
@@ -67,8 +87,8 @@ class PairSettings:
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
         self.options.split(self.pop_size)
-
         self._check_method()
+        self._check_repair()
 
     def _check_method(self) -> None:
         """Raise if the method is unknown, or has options that are another's."""
@@ -87,6 +107,29 @@ class PairSettings:
                     f"`{name}` is {getattr(self, name)!r}; it is the genetic algorithm's, and the "
                     "method 'exact' has none of it"
                 )
+
+    def _check_repair(self) -> None:
+        """Raise if the repair's options are not allowed, or are given without it."""
+        check_count("repair_models", self.repair_models)
+        gap = self.repair_gap_percent
+        if isinstance(gap, bool) or not isinstance(gap, Real) or not 0.0 < gap < 100.0:
+            raise ParameterError(
+                f"`repair_gap_percent` is {gap!r}; a number above 0 and below 100 is allowed"
+            )
+        object.__setattr__(self, "repair_gap_percent", float(gap))
+        object.__setattr__(self, "repair_models", int(self.repair_models))
+        if self.repair and self.repair_models < 2:
+            raise ParameterError(
+                f"`repair_models` is {self.repair_models}; at least 2 are needed, for the "
+                "surrogate's optimum is a pair"
+            )
+        if self.repair and self.search_space == "model":
+            raise ParameterError(
+                "`search_space` is 'model'; with `repair` it is the surrogate that is searched"
+            )
+        for name, usual in (("repair_gap_percent", 1.0), ("repair_models", 40)):
+            if not self.repair and getattr(self, name) != usual:
+                raise ParameterError(f"`{name}` is {getattr(self, name):g}; it needs `repair`")
 
     def check_training(self, n_dimensions: int) -> None:
         """Raise if the surrogate's linear tail needs more samples than there are."""
@@ -129,6 +172,28 @@ class Training:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """The best pair of one search, in the space that was searched."""
+
+    u: FloatArray
+    """The two models, shape (2, d), unit cube."""
+    run_values: tuple[float, ...]
+    """Best f of each run."""
+    best_run: int
+    history: FloatArray
+    """Best f in the course of the best run."""
+    n_evaluations: int
+    """Pairs evaluated by the genetic algorithm, all runs."""
+    stop_reason: str
+    evidence: Evidence | None = None
+
+    @property
+    def value(self) -> float:
+        """F of the pair."""
+        return self.run_values[self.best_run]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PairOutcome:
     """The best pair found, in the unit cube, with the model's own word on it."""
 
@@ -139,6 +204,7 @@ class PairOutcome:
     y_surrogate: FloatArray | None
     """The surrogate's outputs, shape (2, m)."""
     objective_surrogate: float | None
+    """f by the surrogate; of one that was repaired, the largest that it still promises."""
     objective_model: float | None
     """f in the true model; None if it failed there."""
     training: Training | None
@@ -153,15 +219,13 @@ class PairOutcome:
     seconds: dict[str, float]
     evidence: Evidence | None = None
     """What an exact search says about how good the pair is."""
+    repair: Repair | None = None
+    """How the surrogate was repaired."""
 
     @property
     def gap_percent(self) -> float | None:
         """100 (surrogate - model) / surrogate; None without both."""
-        if self.objective_surrogate is None or self.objective_model is None:
-            return None
-        if self.objective_surrogate == 0.0:
-            return None
-        return 100.0 * (1.0 - self.objective_model / self.objective_surrogate)
+        return gap_percent(self.objective_surrogate, self.objective_model)
 
 
 def train(
@@ -183,7 +247,7 @@ def train(
         raise Cancelled
     start = time.perf_counter()
     points = uniform(n, n_dimensions, settings.seed)
-    values = _outputs(model, points)
+    values = outputs_of(model, points)
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
@@ -204,7 +268,7 @@ def train(
     )
 
 
-def _outputs(model: UnitModel, points: FloatArray, n_values: int | None = None) -> FloatArray:
+def outputs_of(model: UnitModel, points: FloatArray, n_values: int | None = None) -> FloatArray:
     """Return the model's outputs, checked to have one row a point (and `n_values` columns)."""
     given = model(points)
     try:
@@ -219,6 +283,18 @@ def _outputs(model: UnitModel, points: FloatArray, n_values: int | None = None) 
             f"({len(points)}, {wanted}) is allowed"
         )
     return values
+
+
+def pair_value(y: FloatArray, weights: FloatArray) -> float:
+    """Return f of a pair's outputs, shape (2, m); NaN if one of the two has failed."""
+    return float((np.abs(y[0] - y[1]) * weights).sum())
+
+
+def gap_percent(surrogate: float | None, model: float | None) -> float | None:
+    """Return 100 (surrogate - model) / surrogate; None without both."""
+    if surrogate is None or model is None or surrogate == 0.0:
+        return None
+    return 100.0 * (1.0 - model / surrogate)
 
 
 def checked_weights(weights: FloatArray | None, n_values: int) -> FloatArray:
@@ -273,6 +349,60 @@ def _run_all(
     return results
 
 
+def search_pair(
+    objective: ModelPair | SurrogatePair,
+    n_dimensions: int,
+    settings: PairSettings,
+    callback: Callback | None = None,
+) -> Found:
+    """Find the best pair for `objective` by the genetic algorithm."""
+    results = _run_all(objective, n_dimensions, settings, callback)
+    values = [r.value for r in results]
+    if isinstance(objective, SurrogatePair):
+        values = [objective.exact(r.x) for r in results]
+    best_run = int(np.argmax(values))
+    return Found(
+        u=results[best_run].x.reshape(2, n_dimensions),
+        run_values=tuple(values),
+        best_run=best_run,
+        history=results[best_run].history,
+        n_evaluations=sum(r.n_evaluations for r in results),
+        stop_reason=results[-1].stop_reason,
+    )
+
+
+def verified(
+    model: UnitModel, found: Found, training: Training | None, weights: FloatArray, begun: float
+) -> PairOutcome:
+    """Return what was found, computed again in the true model.
+
+    `begun` is when the search began, by `time.perf_counter`.
+    """
+    searched = time.perf_counter()
+    y = outputs_of(model, found.u)
+    f = pair_value(y, weights)
+    return PairOutcome(
+        u=found.u,
+        y=y,
+        y_surrogate=training.surrogate(found.u) if training else None,
+        objective_surrogate=found.value if training else None,
+        objective_model=f if np.isfinite(f) else None,
+        training=training,
+        run_values=found.run_values,
+        best_run=found.best_run,
+        history=found.history,
+        n_evaluations=found.n_evaluations,
+        stop_reason=found.stop_reason,
+        seconds={
+            "sampling": training.seconds_sampling if training else 0.0,
+            "fit": training.seconds_fit if training else 0.0,
+            "search": searched - begun,
+            "verify": time.perf_counter() - searched,
+        },
+        evidence=found.evidence,
+    )
+
+
 def find_pair(
     model: UnitModel,
     n_dimensions: int,
@@ -309,38 +439,11 @@ def find_pair(
         wanted = checked_weights(weights, training.surrogate.n_values)
         objective = SurrogatePair(training.surrogate, wanted, threads)
     else:
-        n_values = _outputs(model, np.full((1, n_dimensions), 0.5)).shape[1]
+        n_values = outputs_of(model, np.full((1, n_dimensions), 0.5)).shape[1]
         wanted = checked_weights(weights, n_values)
-        objective = ModelPair(lambda u: _outputs(model, u, n_values), wanted)
-    start = time.perf_counter()
-    results = _run_all(objective, n_dimensions, settings, callback)
-    values = [r.value for r in results]
-    if isinstance(objective, SurrogatePair):
-        values = [objective.exact(r.x) for r in results]
-    searched = time.perf_counter()
-    best_run = int(np.argmax(values))
-    best = results[best_run]
-    u = best.x.reshape(2, n_dimensions)
+        objective = ModelPair(lambda u: outputs_of(model, u, n_values), wanted)
+    begun = time.perf_counter()
+    found = search_pair(objective, n_dimensions, settings, callback)
     if callback is not None:
-        callback(Progress(stage="verify", done=0, total=2, best=values[best_run], run=best_run))
-    y = _outputs(model, u)
-    f = float((np.abs(y[0] - y[1]) * wanted).sum())
-    return PairOutcome(
-        u=u,
-        y=y,
-        y_surrogate=training.surrogate(u) if training else None,
-        objective_surrogate=values[best_run] if training else None,
-        objective_model=f if np.isfinite(f) else None,
-        training=training,
-        run_values=tuple(values),
-        best_run=best_run,
-        history=best.history,
-        n_evaluations=sum(r.n_evaluations for r in results),
-        stop_reason=results[-1].stop_reason,
-        seconds={
-            "sampling": training.seconds_sampling if training else 0.0,
-            "fit": training.seconds_fit if training else 0.0,
-            "search": searched - start,
-            "verify": time.perf_counter() - searched,
-        },
-    )
+        callback(Progress(stage="verify", done=0, total=2, best=found.value, run=found.best_run))
+    return verified(model, found, training, wanted, begun)

@@ -11,7 +11,7 @@ class Progress:
     stage: str
     """`compile`, `sampling`, `fit`, `search`, `verify`, or a few words for people."""
     done: int
-    """Work done in this stage (generations over all runs in `search`)."""
+    """Work done in this stage (generations over all runs in `search`, models in `repair`)."""
     total: int
     """Work of this stage."""
     best: float | None = None

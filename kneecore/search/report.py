@@ -14,6 +14,7 @@ from kneecore.tables import degrees, render, table
 
 if TYPE_CHECKING:
     from kneecore.search.exact import Evidence
+    from kneecore.search.repair_history import Repair
     from kneecore.search.result import PairResult, SearchResult
 
 
@@ -50,6 +51,8 @@ def _headline(result: "SearchResult") -> str:
     else:
         gap = "" if result.gap_percent is None else f" (gap {result.gap_percent:.2f} %)"
         lines.append(f"f: surrogate {result.objective_surrogate:.2f} deg, true model {model}{gap}.")
+    if result.repair is not None:
+        lines.append(_repair(result.repair))
     if len(result.run_values) > 1:
         low, high = min(result.run_values), max(result.run_values)
         lines.append(f"{len(result.run_values)} runs: best f {high:.2f}, worst {low:.2f} deg.")
@@ -73,6 +76,17 @@ def _evidence(evidence: "Evidence") -> list[str]:
             f"the best of rest's pairs had {evidence.objective_before_climb:.2f} deg there."
         )
     return lines
+
+
+def _repair(repair: "Repair") -> str:
+    """Return how the surrogate's gap came down."""
+    gaps = ["unknown" if r.gap_percent is None else f"{r.gap_percent:.2f}" for r in repair.rounds]
+    told = f"below {repair.goal_percent:g} %" if repair.reached else "not repaired"
+    failed = f", {repair.n_failed} of them failed" if repair.n_failed else ""
+    return (
+        f"Surrogate repaired with {repair.n_models} more models{failed}: gap at its optimum "
+        f"{', '.join(gaps)} % ({told})."
+    )
 
 
 def _angles(result: "SearchResult") -> Table:
@@ -189,6 +203,8 @@ def pair_report(result: "PairResult", *, html: bool = False) -> str:
     if result.objective_surrogate is not None:
         gap = "" if result.gap_percent is None else f", gap {result.gap_percent:.2f} %"
         lines.append(f"f (surrogate): {result.objective_surrogate:.6g}{gap}")
+    if result.repair is not None:
+        lines.append(_repair(result.repair))
     rows = table("Inputs", "input", "lower", "upper", "model 1", "model 2")
     for k, name in enumerate(result.names):
         numbers = (result.lower[k], result.upper[k], result.x[0, k], result.x[1, k])

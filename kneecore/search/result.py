@@ -18,6 +18,7 @@ from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
 from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.repair_history import Repair
 from kneecore.space import ParameterSpace
 
 __all__ = ["PairResult", "SearchResult", "versions"]
@@ -66,7 +67,8 @@ class PairResult:
     y: FloatArray
     """The model's outputs for them, shape (2, m)."""
     objective_surrogate: float | None
-    """f by the surrogate; None where the search was in the model."""
+    """f by the surrogate, of a repaired one the largest that it still promises; None where the
+    search was in the model."""
     objective_model: float | None
     """f by the model; None if one of the two fails there."""
     gap_percent: float | None
@@ -84,6 +86,8 @@ class PairResult:
     stop_reason: str
     seed: int
     seconds: Mapping[str, float]
+    repair: Repair | None = None
+    """How the surrogate was repaired."""
 
     def __repr__(self) -> str:
         return f"PairResult(objective_model={self.objective_model}, x={self.x.tolist()})"
@@ -124,7 +128,8 @@ class SearchResult:
     predicted_flexion: FloatArray | None
     """The surrogate's angles of the two, shape (2, 12), rad; None where it was not used."""
     objective_surrogate: float | None
-    """f by the surrogate, deg summed over the loads that count; None in the true model's space."""
+    """f by the surrogate, deg summed over the loads that count; of a repaired one, the largest that
+    it still promises. None in the true model's space."""
     objective_model: float | None
     """f by the true model, deg; None if one of the two knees fails there."""
     gap_percent: float | None
@@ -147,7 +152,8 @@ class SearchResult:
     options: GeneticOptions
     seed: int
     stop_reason: str
-    """`max_generations`, `converged` (an exact search) or `cancelled`."""
+    """`max_generations`, `converged` (an exact search), `repaired` or `not_repaired` (whether the
+    surrogate's gap fell below the goal), or `cancelled`."""
     counts: Mapping[str, int]
     """Pairs evaluated; models simulated, failed, refined and unsettled, over the whole search."""
     seconds: Mapping[str, float]
@@ -161,6 +167,8 @@ class SearchResult:
     """Which response of the true model: its motion over 23 s, or `equilibrium`."""
     evidence: Evidence | None = None
     """What an exact search says about how good its result is."""
+    repair: Repair | None = None
+    """How the surrogate was repaired; None if it was not asked to be."""
 
     @property
     def case(self) -> str:

@@ -15,6 +15,7 @@ _TOLD = {
     "sampling": "sampling the true model",
     "fit": "fitting the surrogate",
     "search": "searching",
+    "repair": "repairing the surrogate",
     "verify": "computing the best pair again",
 }
 

@@ -30,7 +30,8 @@ def warm_up(
         points = np.array([[0.0], [0.5], [1.0]])
         surrogate = Surrogate.fit(points, points)
         surrogate(points)
-        surrogate.gradient(points)
+        if method == "exact":
+            surrogate.weighted_gradient(points, points)
         pair = SurrogatePair(surrogate, np.ones(1))
         maximize(pair, np.zeros(2), np.ones(2), pop_size=10, n_generations=GENERATIONS_PER_CALL)
     elif method == "ga":

@@ -32,8 +32,16 @@ from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact_knee import ALONG_LOADS
 from kneecore.search.exact_outcome import exact_in_knee, exact_in_surrogate
 from kneecore.search.knee import KneeModel, Objective, load_weights
-from kneecore.search.pair_search import Method, PairOutcome, PairSettings, SearchSpace, find_pair
+from kneecore.search.pair_search import (
+    Method,
+    PairOutcome,
+    PairSettings,
+    SearchSpace,
+    default_space,
+    find_pair,
+)
 from kneecore.search.progress import Callback, Progress
+from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import LARGEST_EXTENSION, PairResult, SearchResult, versions
 from kneecore.search.warm_up import warm_up
 from kneecore.space import ParameterSpace
@@ -56,6 +64,9 @@ def worst_case(
     n_runs: int = ...,
     objective: Objective = ...,
     seed: int = ...,
+    repair: bool = ...,
+    repair_gap_percent: float = ...,
+    repair_models: int = ...,
     rest_length: RestLength = ...,
     solver: Solver = ...,
     threads: int | None = ...,
@@ -80,6 +91,9 @@ def worst_case(
     n_generations: int = ...,
     n_runs: int = ...,
     seed: int = ...,
+    repair: bool = ...,
+    repair_gap_percent: float = ...,
+    repair_models: int = ...,
     options: GeneticOptions | None = ...,
     callback: Callback | None = ...,
 ) -> PairResult: ...
@@ -101,6 +115,9 @@ def worst_case(
     n_runs: int = 1,
     objective: Objective = "all",
     seed: int = 0,
+    repair: bool = False,
+    repair_gap_percent: float = 1.0,
+    repair_models: int = 40,
     rest_length: RestLength = "recomputed",
     solver: Solver = "dynamics",
     threads: int | None = None,
@@ -129,8 +146,8 @@ def worst_case(
         The paper's genetic algorithm, or climbs with exact gradients (`kneecore.search.exact`),
         which need none of its options.
     search_space : {"surrogate", "model"}, optional
-        What the search evaluates; for None, "model" for the knee with exact gradients, otherwise
-        "surrogate".
+        What the search evaluates; for None, "model" for the knee with exact gradients and without
+        `repair`, otherwise "surrogate".
     training_samples : int
         Model runs that the surrogate is fitted to.
     pop_size, n_generations : int
@@ -141,6 +158,14 @@ def worst_case(
         Which of the knee's 12 loads count.
     seed : int
         The same seed gives the same bytes, on any number of threads.
+    repair : bool
+        Whether to repair the surrogate around its own optimum (`kneecore.search.repair`).
+    repair_gap_percent : float
+        Gap between surrogate and model at the optimum, per cent, below which it counts as
+        repaired.
+    repair_models : int
+        Model runs that a repair may add to the training samples. Those that the gap does not need
+        look for a pair that is better in the true model.
     rest_length, solver, threads
         As for `simulate_batch`; a knee that has lost its equilibrium is left out and counted.
     options : GeneticOptions, optional
@@ -164,7 +189,7 @@ def worst_case(
         If the callback cancelled before the search had begun.
     """
     if search_space is None:
-        search_space = "model" if method == "exact" and model is None else "surrogate"
+        search_space = default_space(method, repair=repair) if model is None else "surrogate"
     settings = PairSettings(
         method=method,
         search_space=search_space,
@@ -174,6 +199,9 @@ def worst_case(
         n_runs=n_runs,
         options=options or GeneticOptions(),
         seed=seed,
+        repair=repair,
+        repair_gap_percent=repair_gap_percent,
+        repair_models=repair_models,
     )
     if model is None:
         if lower is not None or upper is not None or names is not None or weights is not None:
@@ -221,7 +249,11 @@ def _worst_knees(
         raise Cancelled
     warm_up(settings.search_space, method=settings.method, solver=solver)
     compiled = time.perf_counter() - started
-    if settings.method == "ga":
+    if settings.repair:
+        outcome = find_repaired_pair(
+            model, space.n_free, weights, settings, callback, ALONG_LOADS, n_threads
+        )
+    elif settings.method == "ga":
         outcome = find_pair(model, space.n_free, weights, settings, callback, n_threads)
     elif settings.search_space == "model":
         outcome = exact_in_knee(model, objective, settings, callback)
@@ -250,6 +282,7 @@ def _worst_knees(
         method=settings.method,
         solver=solver,
         evidence=outcome.evidence,
+        repair=outcome.repair,
         search_space=settings.search_space,
         objective=objective,
         rest_length=rest_length,
@@ -331,6 +364,8 @@ def _worst_pair(
         return x
 
     search = find_pair if settings.method == "ga" else exact_in_surrogate
+    if settings.repair:
+        search = find_repaired_pair
     outcome = search(
         lambda u: np.asarray(model(scale(u))),
         int(np.count_nonzero(free)),
@@ -356,4 +391,5 @@ def _worst_pair(
         stop_reason=outcome.stop_reason,
         seed=settings.seed,
         seconds=outcome.seconds,
+        repair=outcome.repair,
     )
