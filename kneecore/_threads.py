@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from functools import lru_cache
 from numbers import Integral
 from typing import TypeVar
@@ -67,7 +68,9 @@ def run_together(work: Callable[[bool], None], threads: int) -> None:
     that comes late must find nothing left. So a busy pool or a thread that fails to start costs
     time, but nobody waits for it.
     """
-    helpers = [_pool(threads).submit(work, False) for _ in range(threads - 1)]
+    helpers: list[Future[None]] = []
+    with suppress(RuntimeError):  # no thread to be had
+        helpers.extend(_pool(threads).submit(work, False) for _ in range(threads - 1))
     try:
         work(True)
     finally:

@@ -56,3 +56,14 @@ def test_an_error_of_a_helper_is_not_lost():
 
     with pytest.raises(ValueError, match="lost"):
         _threads.run_together(work, 2)
+
+
+def test_without_a_thread_to_be_had_the_work_is_done_here(monkeypatch):
+    class Exhausted:
+        def submit(self, *_):
+            raise RuntimeError("can't start new thread")
+
+    calls = []
+    monkeypatch.setattr(_threads, "_pool", lambda _: Exhausted())
+    _threads.run_together(calls.append, 4)
+    assert calls == [True]
