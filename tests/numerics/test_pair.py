@@ -67,7 +67,7 @@ def test_threads_change_no_bit_of_a_fused_search(surrogate, threads, pop_size):
     assert_same_bytes(alone, shared)
 
 
-def test_a_value_does_not_depend_on_the_batch(surrogate):
+def test_a_batch_changes_no_bit_of_a_value(surrogate):
     pairs = np.random.default_rng(4).random((250, 14))
     objective = SurrogatePair(surrogate, np.ones(5))
     alone = np.concatenate([objective(pair[None]) for pair in pairs])
@@ -98,7 +98,9 @@ def test_the_leader_of_a_fused_search_may_come_last(surrogate, monkeypatch):
     assert_same_bytes(fused_search(surrogate, 2), wanted)
 
 
-def test_helpers_that_are_too_slow_leave_and_are_asked_less_and_less(surrogate, monkeypatch):
+def test_helpers_of_a_fused_search_that_are_too_slow_are_asked_less_and_less(
+    surrogate, monkeypatch
+):
     wanted, kernel = fused_search(surrogate, 1, n_generations=1000), pair_module.evolve
     drawn, asked = [], []
 
