@@ -269,6 +269,8 @@ class SearchTab:
         ):
             on_press(handle, post, key)
         on_value(self.live, post, "live")
+        for handle in (self.seed, self.objective):
+            on_value(handle, post, "live_settings")
         on_value(self.method, post, "method")
         on_value(self.overlay, post, "overlay")
 

@@ -143,7 +143,12 @@ def _live_found(session: "Session", value: tuple[LiveSettings, LiveAnswer | None
     _tell(session, markup.live_note(answer.band.text))
 
 
+def _live_settings(_session: "Session", _value: Any) -> None:
+    """Wake the worker, which then follows."""
+
+
 DEEDS: dict[str, Callable[..., None]] = {
     "live": _live,
+    "live_settings": _live_settings,
     "live_found": _live_found,
 }

@@ -221,6 +221,14 @@ class TestLive:
         eventually(lambda: live.state.surrogate not in (None, old))
         assert live.state.surrogate.space is live.state.space
 
+    def test_the_loads_that_count_are_followed_too(self, live, visitor):
+        visitor.set(widget(live.view.search.objective), "extension")
+        eventually(lambda: live.state.result.objective == "extension")
+        wanted = headless(ParameterSpace(), objective="extension")
+        assert live.state.result.x.tobytes() == wanted.x.tobytes()
+        visitor.set(widget(live.view.search.objective), "all")
+        eventually(lambda: live.state.result.objective == "all")
+
     def test_wide_bounds_say_so_and_give_way(self, live, visitor):
         note = widget(live.view.search.live_note)
         set_bound(live, visitor, 6.0)
