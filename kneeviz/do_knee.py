@@ -99,6 +99,7 @@ def _bound(session: "Session", value: Any, name: str) -> None:
         return
     if live:  # the worst case goes first; the rest waits for the hand to rest
         session.settle_at = time.monotonic() + _REST_SECONDS
+        session.hold()
         if not np.array_equal(state.x, x):
             session.show_knee(state.x, final=True)
         return

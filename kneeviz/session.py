@@ -85,6 +85,7 @@ class Session:
         self._morph: tuple[FloatArray, float] | None = None
         self._fade_start: float | None = None
         self._stale = True  # the charts' content, beyond the markers
+        self._held = False
         self._frame = 0
         self._glide: tuple[float, float, float] | None = None
         self._edited = -math.inf
@@ -129,7 +130,8 @@ class Session:
             show_result(self)
         self._ease(now)
         self.playback.advance(now)
-        if self.model_ready:
+        held, self._held = self._held, False
+        if self.model_ready and (self._stale or self._moving() or not held):
             self.draw()
         else:
             self.target.flush()
@@ -274,6 +276,10 @@ class Session:
             return
         self.playback.play(False)
         self._glide = (self.playback.share, sweep.share_at(moment), time.monotonic())
+
+    def hold(self) -> None:
+        """Leave the picture as it is: drawing it once more would only delay what comes."""
+        self._held = True
 
     def touch(self) -> None:
         """Draw the charts anew at the next frame."""
