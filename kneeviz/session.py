@@ -40,6 +40,7 @@ _MORPH_SECONDS = 0.35
 _FADE_SECONDS = 0.6
 _SEND_SECONDS = 0.004  # s: about what it takes to pack and send the curves
 _DRAG_SECONDS, _DRAG_FRAME = 0.4, 0.1  # s: how long a slider counts as moving, and a frame then
+_REST_SECONDS = 0.1  # s: so much later what stands behind other tabs follows
 _SLOW_FRAMES = 3  # hidden tabs, numbers and the position slider follow at a third of the rate
 
 
@@ -86,6 +87,8 @@ class Session:
         self._fade_start: float | None = None
         self._stale = True  # the charts' content, beyond the markers
         self._held = False
+        self._rest_at: float | None = None
+        """When to draw what stands behind other tabs, s of `time.monotonic`."""
         self._frame = 0
         self._glide: tuple[float, float, float] | None = None
         self._edited = -math.inf
@@ -120,7 +123,7 @@ class Session:
     # The worker's thread from here on.
 
     def _step(self, actions: Actions) -> float | None:
-        now = time.monotonic()
+        now, moving = time.monotonic(), self._moving()
         for key, value in actions:
             self._perform(key, value)
         if self.settle_at is not None and now >= self.settle_at:
@@ -130,12 +133,15 @@ class Session:
             show_result(self)
         self._ease(now)
         self.playback.advance(now)
-        held, self._held = self._held, False
-        if self.model_ready and (self._stale or self._moving() or not held):
+        news = self._stale or moving or self._moving() or (bool(actions) and not self._held)
+        self._held = False
+        if self.model_ready and news:
             self.draw()
         else:
             self.target.flush()
-        times = (self.notices.deliver(now), slow_at, self.settle_at)
+        if self._rest_at is not None and now >= self._rest_at:
+            self._draw_rest()
+        times = (self.notices.deliver(now), slow_at, self.settle_at, self._rest_at)
         due = min((t for t in times if t is not None), default=None)
         if self._moving() and self.clients():
             # Under a moving slider its answers are the frames: more would only keep them waiting.
@@ -359,17 +365,28 @@ class Session:
             self._draw_scene(current.x, poses)
         self.target.flush()
         if slow:
-            with self.target.atomic():
+            self.view.show_readout(poses[0])
+            self._mirror_position()
+            if not stale and self._rest_at is None:
                 self.view.show_other_charts(shown, Markers(poses=poses))
-                self.view.show_readout(poses[0])
-                self._mirror_position()
-                if stale:
-                    self._show_numbers(shown)
             self.target.flush()
-        if stale:
-            do_study.refresh(self)
-            do_methods.refresh(self)
-            do_landscape.refresh(self)
+        if stale and self._rest_at is None:
+            self._rest_at = time.monotonic() + _REST_SECONDS
+
+    def _draw_rest(self) -> None:
+        """Draw what stands behind other tabs: a browser that draws it has no time for the knee."""
+        self._rest_at = None
+        shown, poses = self.shown(), self.poses()
+        if poses[0] is None:
+            return
+        with self.target.atomic():
+            self.view.show_other_charts(shown, Markers(poses=poses))
+            self._show_numbers(shown)
+        self.target.flush()
+        do_study.refresh(self)
+        do_methods.refresh(self)
+        do_landscape.refresh(self)
+        self.target.flush()
 
     def _draw_scene(self, x: FloatArray, poses: tuple[Pose | None, ...]) -> None:
         """Put the visitor's knee and the worst cases into their poses."""
