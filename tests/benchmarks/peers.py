@@ -1,4 +1,4 @@
-"""Other people's libraries on the same problems, with the settings that they recommend.
+"""Other people's libraries on the same problems, with their defaults where they have any.
 
 They come with ``python -m pip install ".[bench]"``. All get our compiled objective, on whole
 generations at once: the fastest evaluation that there is, so that only the searches differ.

@@ -102,8 +102,8 @@ def peer(library):
 
 def contenders() -> list[Contender]:
     return [
-        Contender(name="genetic algorithm, 200 x 800", search=ours),
-        Contender(name="`--method exact`", search=exact),
+        Contender(name="ours: genetic algorithm, 200 x 800", search=ours),
+        Contender(name="ours: `--method exact`", search=exact),
         Contender(
             name="NumPy genetic algorithm, distances by one matrix product",
             search=numpy_search(matrix_product),
@@ -136,13 +136,13 @@ def search_table(shown: Callable[[float], str]) -> list[str]:
             run(contender, seed)
             print(f"seed {seed}: {contender.name}", file=sys.stderr, flush=True)
     reference = np.median(field_of_all[0].seconds)
-    lines = ["| search in the surrogate | time | of ours | pairs evaluated | mean f | worst f |"]
+    lines = ["| search | time | times ours | pairs evaluated | mean f, deg | worst f, deg |"]
     lines.append("|---|---|---|---|---|---|")
     for c in field_of_all:
         median = float(np.median(c.seconds))
         lines.append(
             f"| {c.name} | {shown(median)} | {median / reference:.1f} | {c.count} "
-            f"| {np.mean(c.values):.3f} deg | {min(c.values):.3f} deg |"
+            f"| {np.mean(c.values):.3f} | {min(c.values):.3f} |"
         )
     return lines
 

@@ -116,10 +116,11 @@ def report():
         "ratio is what counts."
     )
     searches = (
-        f"Search quality and cost: all on the same surrogate with the same {len(quality.SEEDS)} "
-        f"seeds and at most {quality.BUDGET:,} pairs (a library may finish its last generation); "
-        "the libraries, with the settings that they come with, get our compiled objective on whole "
-        "generations. f is computed again in double precision; times are medians."
+        f"Search quality and cost: all in the same surrogate with the same {len(quality.SEEDS)} "
+        f"seeds and at most {quality.BUDGET:,} pairs (a library may finish its last generation). "
+        "SciPy, DEAP and pymoo get our compiled objective on whole generations; "
+        "`tests/benchmarks/peers.py` has their settings. f is computed again in double precision; "
+        "times are medians."
     )
     options = "A loss is in per cent of the best f that any of them found."
     return "\n".join(
