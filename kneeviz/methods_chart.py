@@ -19,7 +19,8 @@ _NAMES = {
 
 
 def _hue(name: str, colours: theme.Palette) -> str:
-    return {"ga": colours.genetic, "exact": colours.exact}.get(name, colours.surrogate)
+    own = {"ga": colours.genetic, "exact": colours.exact, "repair": colours.repair}
+    return own.get(name, colours.surrogate)
 
 
 class _Axes:

@@ -12,8 +12,9 @@ class MethodsBox:
         self.run = gui.add_button(
             "Compare methods",
             color="gray",
-            hint="Searches these bounds by the genetic algorithm, in the surrogate and in the true "
-            "model, and by exact gradients: the best f found against the models that it took.",
+            hint="Searches these bounds by the genetic algorithm, in the surrogate, in one that "
+            "repairs itself and in the true model, and by exact gradients: the best f found "
+            "against the models that it took.",
         )
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel the comparison", color="red", visible=False)

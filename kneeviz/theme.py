@@ -38,6 +38,8 @@ class Palette:
     """The genetic algorithm in the true model."""
     exact: str
     """The search by exact gradients."""
+    repair: str
+    """The surrogate that repairs itself."""
     model_1: str
     model_2: str
     zero: str
@@ -65,6 +67,7 @@ LIGHT = Palette(
     band_edge="rgba(40,130,150,0.55)",
     genetic="#6b6b6b",
     exact="#1c7f92",
+    repair="#7A4FA3",
     model_1=MODEL_1,
     model_2=MODEL_2,
     zero="rgba(60,60,60,0.55)",
@@ -89,6 +92,7 @@ DARK = Palette(
     band_edge="rgba(110,190,205,0.60)",
     genetic="#a5a5a5",
     exact="#6ec3d2",
+    repair="#B99AE0",
     model_1="#4AA8E0",
     model_2="#F0813A",
     zero="rgba(220,220,220,0.55)",

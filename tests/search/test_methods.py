@@ -34,6 +34,9 @@ def test_traces_rise_and_end_with_the_models_that_were_run(found):
     assert 0 <= ga.counts["models_simulated"] - found["ga"].n_models[-1] <= 4
     assert len(found["ga"].n_models) == 101
     assert found["ga_surrogate"].n_models.tolist() == [52]
+    repaired = found["repair"]
+    assert repaired.n_models[-1] == repaired.result.counts["models_simulated"] <= 50 + 40
+    assert repaired.objective[-1] > found["ga_surrogate"].objective[-1]
 
 
 def test_the_exact_search_is_not_beaten(found):
