@@ -1,5 +1,6 @@
 """`python -m kneecore.search`: find the two most different knees from a terminal."""
 
+import contextlib
 import sys
 import threading
 from collections.abc import Sequence
@@ -12,7 +13,7 @@ from kneecore.errors import KneecoreError
 from kneecore.numerics.genetic_options import GeneticOptions
 
 if TYPE_CHECKING:
-    from kneecore.search.progress import Callback
+    from kneecore.search.progress import Callback, Progress
     from kneecore.search.result import SearchResult
     from kneecore.space import ParameterSpace
 
@@ -64,6 +65,9 @@ class Options(SpaceOptions):
     """Independent runs of the search; the best is kept and the spread shown."""
     objective: Literal["all", "extension", "flexion"] = "all"
     """Which of the 12 loads count."""
+    compare: bool = False
+    """Search by all methods too (genetic algorithm in surrogate and model, exact gradients, the
+    repaired surrogate), and show by how much each falls short of the best f that any has found."""
     out: Folder = None
     """Write result.json, curves.csv and Figures 1-4 (PNG, SVG) to this folder."""
     force: bool = False
@@ -102,12 +106,24 @@ def _search(options: Options, space: "ParameterSpace", callback: "Callback") -> 
 
 def _find(options: Options) -> tuple["SearchResult", bool]:
     """Check everything, search with progress, and tell whether Ctrl-C was pressed."""
+    from kneecore.search.cancelled import Cancelled
     from kneecore.search.show_progress import ProgressDisplay
 
     def work(stop: threading.Event) -> "SearchResult":
         space = options.knees()
         _check(options, space)
-        return _search(options, space, lambda report: show(report) or stop.is_set())
+
+        def callback(report: "Progress") -> object:
+            return show(report) or stop.is_set()
+
+        result = _search(options, space, callback)
+        if options.compare and not stop.is_set():
+            from kneecore.search.methods import with_rivals
+
+            # Interrupted meanwhile: the result is there and is worth keeping.
+            with contextlib.suppress(Cancelled):
+                result = with_rivals(result, callback)
+        return result
 
     with ProgressDisplay(quiet=options.quiet) as show:
         return _cli.run_cancellable(work, COMMAND, show.close)

@@ -74,4 +74,6 @@ def command_line(result: "SearchResult") -> str:
     ]
     if result.repair is not None:
         given.append("--repair")
+    if result.rivals:
+        given.append("--compare")
     return " ".join(["python -m kneecore.search", *given])

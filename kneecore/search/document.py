@@ -10,15 +10,23 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._json import DIGITS, plain
+from kneecore._json import plain
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.model.response import MOMENT, Response, RestLength, Solver, status_text
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.parameters import ALL_NAMES, LIGAMENTS, N_PARAMETERS, NAMES, check_physical
-from kneecore.search.exact import Evidence
+from kneecore.search.evidence_tables import (
+    comparison_table,
+    evidence_table,
+    number_or_none,
+    optional,
+    read_evidence,
+    read_repair,
+    read_rivals,
+    repair_table,
+)
 from kneecore.search.knee import Objective
 from kneecore.search.pair_search import Method, SearchSpace
-from kneecore.search.repair_history import Repair, RepairRound
 from kneecore.search.result import COUNTS, SearchResult
 from kneecore.space import ParameterSpace
 
@@ -51,11 +59,11 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "summary": result.summary(),
-        "objective_surrogate": _optional(result.objective_surrogate),
-        "objective_model": _optional(result.objective_model),
-        "gap_percent": _optional(result.gap_percent),
-        "extension_difference_deg": _optional(result.extension_difference_deg),
-        "extension_difference_percent": _optional(result.extension_difference_percent),
+        "objective_surrogate": optional(result.objective_surrogate),
+        "objective_model": optional(result.objective_model),
+        "gap_percent": optional(result.gap_percent),
+        "extension_difference_deg": optional(result.extension_difference_deg),
+        "extension_difference_percent": optional(result.extension_difference_percent),
         "seed": result.seed,
         "case": result.case,
         "method": result.method,
@@ -88,8 +96,9 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     }
     document["predicted_flexion_deg"] = _predicted(result)
     document["training"] = _training(result)
-    document["evidence"] = _evidence(result.evidence)
-    document["repair"] = _repair(result.repair)
+    document["evidence"] = evidence_table(result.evidence)
+    document["repair"] = repair_table(result.repair)
+    document["comparison"] = comparison_table(result)
     document["search"] = {
         "pop_size": result.pop_size,
         "generations": result.n_generations,
@@ -121,10 +130,6 @@ def to_document(result: SearchResult) -> dict[str, Any]:
     return document
 
 
-def _optional(value: float | None) -> float | None:
-    return None if value is None else round(value, DIGITS)
-
-
 def _predicted(result: SearchResult) -> dict[str, Any] | None:
     if result.predicted_flexion is None:
         return None
@@ -139,85 +144,10 @@ def _training(result: SearchResult) -> dict[str, Any] | None:
     return {
         "n_samples": len(result.training_x),
         "n_failed": int(np.count_nonzero(failed)),
-        "loo_rms_deg": _optional(result.loo_rms_deg),
+        "loo_rms_deg": optional(result.loo_rms_deg),
         "parameters": result.training_x.tolist(),
         "flexion_deg": plain(result.training_flexion, 180.0 / math.pi),
     }
-
-
-def _evidence(evidence: Evidence | None) -> dict[str, Any] | None:
-    if evidence is None:
-        return None
-    return {
-        "climbs": evidence.n_climbs,
-        "share_reached": plain(evidence.share_reached),
-        "second_best": _optional(evidence.second_best),
-        "objective_at_rest": _optional(evidence.objective_at_rest),
-        "objective_before_climb": _optional(evidence.objective_before_climb),
-        "patterns": [{"signs": list(s), "objective": plain(f)} for s, f in evidence.patterns],
-        "models_with_gradient": evidence.n_evaluations,
-        "models_lost": evidence.n_lost,
-        "models_in_motion": evidence.n_in_motion,
-    }
-
-
-def _read_evidence(table: dict[str, Any] | None) -> Evidence | None:
-    if table is None:
-        return None
-    return Evidence(
-        n_climbs=int(table["climbs"]),
-        share_reached=float(table["share_reached"]),
-        second_best=_number_or_none(table, "second_best"),
-        objective_at_rest=_number_or_none(table, "objective_at_rest"),
-        objective_before_climb=_number_or_none(table, "objective_before_climb"),
-        patterns=tuple(
-            (tuple(int(s) for s in p["signs"]), float(p["objective"])) for p in table["patterns"]
-        ),
-        n_evaluations=int(table["models_with_gradient"]),
-        n_lost=int(table["models_lost"]),
-        n_in_motion=int(table["models_in_motion"]),
-    )
-
-
-def _repair(repair: Repair | None) -> dict[str, Any] | None:
-    if repair is None:
-        return None
-    return {
-        "goal_percent": repair.goal_percent,
-        "max_models": repair.max_models,
-        "models_added": repair.n_models,
-        "models_failed": repair.n_failed,
-        "reached": repair.reached,
-        "rounds": [
-            {
-                "models_added": r.n_models,
-                "objective_surrogate": _optional(r.objective_surrogate),
-                "objective_model": _optional(r.objective_model),
-                "gap_percent": _optional(r.gap_percent),
-            }
-            for r in repair.rounds
-        ],
-    }
-
-
-def _read_repair(table: dict[str, Any] | None) -> Repair | None:
-    if table is None:
-        return None
-    return Repair(
-        goal_percent=float(table["goal_percent"]),
-        max_models=int(table["max_models"]),
-        n_models=int(table["models_added"]),
-        n_failed=int(table["models_failed"]),
-        rounds=tuple(
-            RepairRound(
-                n_models=int(r["models_added"]),
-                objective_surrogate=float(r["objective_surrogate"]),
-                objective_model=_number_or_none(r, "objective_model"),
-                gap_percent=_number_or_none(r, "gap_percent"),
-            )
-            for r in table["rounds"]
-        ),
-    )
 
 
 def to_text(result: SearchResult) -> str:
@@ -281,7 +211,7 @@ def _response(document: dict[str, Any], name: str) -> Response:
 
 def _lost_at(document: dict[str, Any], name: str) -> float:
     # Results that were written before there were equilibria have none.
-    lost_at = _number_or_none(document["lost_at_nm"], name) if "lost_at_nm" in document else None
+    lost_at = number_or_none(document["lost_at_nm"], name) if "lost_at_nm" in document else None
     return math.nan if lost_at is None else lost_at
 
 
@@ -296,13 +226,6 @@ def _two_knees(sets: Any) -> FloatArray:
     if not isinstance(sets, list) or len(sets) != 2:
         raise FileFormatError("`parameters` must hold two knees")
     return check_physical([_vector(knee, "parameters") for knee in sets], "parameters")
-
-
-def _number_or_none(table: dict[str, Any], key: str) -> float | None:
-    value = table[key]
-    if value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
-        return None if value is None else float(value)
-    raise FileFormatError(f"`{key}` is {value!r}; a number or null is allowed")
 
 
 def _choice(table: dict[str, Any], key: str, allowed: tuple[Any, ...]) -> Any:
@@ -341,8 +264,9 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
         solver=_choice(document, "solver", get_args(Solver))
         if "solver" in document
         else "dynamics",
-        evidence=_read_evidence(document.get("evidence")),
-        repair=_read_repair(document.get("repair")),
+        evidence=read_evidence(document.get("evidence")),
+        repair=read_repair(document.get("repair")),
+        rivals=read_rivals(document.get("comparison")),
         search_space=_choice(document, "space", get_args(SearchSpace)),
         objective=_choice(document, "objective", get_args(Objective)),
         rest_length=_choice(document, "rest_length", get_args(RestLength)),
@@ -355,16 +279,16 @@ def _from_document(cls: type[_Result], document: dict[str, Any]) -> _Result:
         else np.radians(
             _array([predicted["model_1"], predicted["model_2"]], (2, _N_LOADS), "predicted")
         ),
-        objective_surrogate=_number_or_none(document, "objective_surrogate"),
-        objective_model=_number_or_none(document, "objective_model"),
-        gap_percent=_number_or_none(document, "gap_percent"),
+        objective_surrogate=number_or_none(document, "objective_surrogate"),
+        objective_model=number_or_none(document, "objective_model"),
+        gap_percent=number_or_none(document, "gap_percent"),
         training_x=None
         if training is None
         else _array(training["parameters"], (n, -1), "training.parameters"),
         training_flexion=None
         if training is None
         else np.radians(_array(training["flexion_deg"], (n, _N_LOADS), "training.flexion_deg")),
-        loo_rms_deg=None if training is None else _number_or_none(training, "loo_rms_deg"),
+        loo_rms_deg=None if training is None else number_or_none(training, "loo_rms_deg"),
         run_values=tuple(_array(search["run_values"], (-1,), "run_values").tolist()),
         history=_array(search["history"], (-1,), "history"),
         pop_size=int(search["pop_size"]),

@@ -20,7 +20,6 @@ from kneecore.parameters import LIGAMENTS, N_PARAMETERS, NAMES
 from kneecore.space import ParameterSpace
 
 if TYPE_CHECKING:
-    from kneecore.search.repair_history import Repair
     from kneecore.search.result import SearchResult
 
 FloatArray = NDArray[np.float64]
@@ -188,54 +187,16 @@ def _ap_position(result: "SearchResult") -> Figure:
     return figure
 
 
-def repair_figure(repair: "Repair") -> Figure:
-    """Return how f by the surrogate and by the true model came together."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.0, 5.0), layout="constrained")
-        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        n_models = [r.n_models for r in repair.rounds]
-        for values, colour, marker, label in (
-            ([r.objective_surrogate for r in repair.rounds], "#CC79A7", "s", "surrogate"),
-            ([r.objective_model for r in repair.rounds], "#009E73", "o", "true model"),
-        ):
-            above.plot(
-                n_models,
-                [np.nan if v is None else v for v in values],
-                color=colour,
-                marker=marker,
-                markersize=4,
-                linewidth=1.4,
-                label=label,
-            )
-        above.set_ylabel("f of the surrogate's optimum, deg")
-        above.set_title("Repair of the surrogate")
-        above.legend(loc="upper right")
-        gaps = [np.nan if r.gap_percent is None else abs(r.gap_percent) for r in repair.rounds]
-        below.semilogy(n_models, gaps, color="0.3", marker="o", markersize=4, linewidth=1.4)
-        below.axhline(repair.goal_percent, color="#D55E00", linewidth=1.0, linestyle="--")
-        below.annotate(
-            f"goal: {repair.goal_percent:g} %",
-            (1.0, repair.goal_percent),
-            xycoords=("axes fraction", "data"),
-            xytext=(-4, 4),
-            textcoords="offset points",
-            ha="right",
-            color="#D55E00",
-            fontsize=8,
-        )
-        below.set_ylabel("|gap|, %")
-        below.set_xlabel("models added to the training samples")
-        return figure
-
-
 _FIGURES = {
     "figure_1_moment_angle": _moment_angle,
     "figure_2_geometry": _geometry,
     "figure_3_ligament_forces": _ligament_forces,
     "figure_4_ap_displacement": _ap_position,
 }
-_REPAIR = "figure_5_repair"
-FIGURE_FILES = tuple(f"{n}.{ending}" for n in (*_FIGURES, _REPAIR) for ending in ("png", "svg"))
+_REPAIR, _CONVERGENCE = "figure_5_repair", "figure_6_convergence"
+FIGURE_FILES = tuple(
+    f"{n}.{ending}" for n in (*_FIGURES, _REPAIR, _CONVERGENCE) for ending in ("png", "svg")
+)
 """Names of the files that `render_figures` gives."""
 
 
@@ -244,11 +205,16 @@ _UNDATED: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date"
 
 
 def draw_figures(result: "SearchResult") -> dict[str, Figure]:
-    """Return the four figures by file name (without an ending), and that of a repair."""
+    """Return the four figures, and those of a repair and of rivals, by name without an ending."""
+    # It takes its style from here.
+    from kneecore.search.evidence_figures import convergence_figure, repair_figure
+
     with mpl.rc_context(STYLE):
         drawn = {name: draw(result) for name, draw in _FIGURES.items()}
     if result.repair is not None:
         drawn[_REPAIR] = repair_figure(result.repair)
+    if result.rivals:
+        drawn[_CONVERGENCE] = convergence_figure(result)
     return drawn
 
 

@@ -14,7 +14,7 @@ True
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,10 +25,11 @@ from kneecore.search.cancelled import Cancelled
 from kneecore.search.knee import Objective
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import SearchResult
+from kneecore.search.rival import Rival
 from kneecore.search.worst_case import worst_case
 from kneecore.space import ParameterSpace
 
-__all__ = ["MethodTrace", "compare_methods"]
+__all__ = ["MethodTrace", "compare_methods", "with_rivals"]
 
 FloatArray = NDArray[np.float64]
 
@@ -169,7 +170,8 @@ def compare_methods(
 
         def watch(report: Progress, k: int = k) -> bool:
             nonlocal done
-            share = report.done / max(report.total, 1) if report.stage == "search" else 0.0
+            working = report.stage in ("search", "repair")
+            share = report.done / max(report.total, 1) if working else 0.0
             done = max(done, round(100 * (k + min(share, 1.0))))
             together = Progress(stage="search", done=done, total=100 * len(_METHODS))
             if callback is not None and callback(together):
@@ -178,3 +180,38 @@ def compare_methods(
 
         found[name] = run(lambda **options: worst_case(space, **shared, **options), watch)
     return found
+
+
+def with_rivals(result: SearchResult, callback: Callback | None = None) -> SearchResult:
+    """Return a result with what all methods find in its space beside it.
+
+    The arguments of the methods are the result's: space, loads, solver, rest lengths, seed.
+
+    Raises
+    ------
+    Cancelled, ParameterError, ModelError
+        As for `compare_methods`.
+    """
+    found = compare_methods(
+        result.space,
+        objective=result.objective,
+        solver=result.solver,
+        rest_length=result.rest_length,
+        seed=result.seed,
+        threads=result.threads,
+        callback=callback,
+    )
+    rivals = tuple(
+        Rival(
+            method=name,
+            promised=trace.result.objective_surrogate,
+            n_models=tuple(trace.n_models.tolist()),
+            objective=tuple(trace.objective.tolist()),
+        )
+        for name, trace in found.items()
+    )
+    seconds = {
+        f"compare_{name}": sum(v for k, v in trace.result.seconds.items() if k != "compile")
+        for name, trace in found.items()
+    }
+    return replace(result, rivals=rivals, seconds={**result.seconds, **seconds})

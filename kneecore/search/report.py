@@ -10,6 +10,7 @@ from rich.text import Text
 from kneecore.model.response import MOMENT
 from kneecore.parameters import LIGAMENTS, STRUCTURE, display_values
 from kneecore.search.command import needs_file
+from kneecore.search.rival import METHOD_NAMES
 from kneecore.tables import degrees, render, table
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def _headline(result: "SearchResult") -> str:
         lines.append(f"{len(result.run_values)} runs: best f {high:.2f}, worst {low:.2f} deg.")
     if result.evidence is not None:
         lines += _evidence(result.evidence)
+    lines += _comparison(result)
     if result.stop_reason == "cancelled":
         lines.append("The search was cancelled: this is the best pair until then.")
     return "\n".join(lines)
@@ -87,6 +89,25 @@ def _repair(repair: "Repair") -> str:
         f"Surrogate repaired with {repair.n_models} more models{failed}: gap at its optimum "
         f"{', '.join(gaps)} % ({told})."
     )
+
+
+def _comparison(result: "SearchResult") -> list[str]:
+    """Return the best f over all methods, and by how much each falls short of it."""
+    best = result.best_of_all
+    if not result.rivals or best is None:
+        return []
+    lines = [f"Best f of all methods in the true model: {best:.2f} deg. Below it:"]
+    if result.objective_model is not None:
+        lines.append(f"  this search: {100.0 * (1.0 - result.objective_model / best):.2f} %")
+    for rival in result.rivals:
+        short = rival.shortfall_percent(best)
+        told = "the true model fails for its pair" if short is None else f"{short:.2f} %"
+        if rival.n_models:
+            told += f" after {rival.n_models[-1]:,.0f} models"
+        if rival.promised is not None:
+            told += f" (its surrogate promised {rival.promised:.2f} deg)"
+        lines.append(f"  {METHOD_NAMES[rival.method]}: {told}")
+    return lines
 
 
 def _angles(result: "SearchResult") -> Table:

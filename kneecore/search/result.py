@@ -19,6 +19,7 @@ from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
 from kneecore.search.pair_search import Method, SearchSpace
 from kneecore.search.repair_history import Repair
+from kneecore.search.rival import Rival
 from kneecore.space import ParameterSpace
 
 __all__ = ["PairResult", "SearchResult", "versions"]
@@ -157,7 +158,8 @@ class SearchResult:
     counts: Mapping[str, int]
     """Pairs evaluated; models simulated, failed, refined and unsettled, over the whole search."""
     seconds: Mapping[str, float]
-    """compile, sampling, fit, search (the optimisation alone), verify."""
+    """compile, sampling, fit, search (the optimisation alone), verify; compare_ and the method for
+    each rival."""
     threads: int
     """Threads that the true model was run on; the numbers do not depend on it."""
     versions: Mapping[str, str]
@@ -169,6 +171,8 @@ class SearchResult:
     """What an exact search says about how good its result is."""
     repair: Repair | None = None
     """How the surrogate was repaired; None if it was not asked to be."""
+    rivals: tuple[Rival, ...] = ()
+    """What all methods find in the same space (`kneecore.search.methods.with_rivals`)."""
 
     @property
     def case(self) -> str:
@@ -179,6 +183,14 @@ class SearchResult:
     def models(self) -> dict[str, Response]:
         """The three responses by name: baseline, model_1, model_2."""
         return {"baseline": self.baseline, "model_1": self.model_1, "model_2": self.model_2}
+
+    @property
+    def best_of_all(self) -> float | None:
+        """The largest f in the true model, deg, of this search and of all rivals."""
+        known = [r.objective[-1] for r in self.rivals if r.objective]
+        return max(
+            [*known, *([self.objective_model] if self.objective_model else [])], default=None
+        )
 
     @property
     def extension_difference_deg(self) -> float | None:

@@ -1,0 +1,90 @@
+"""A result beside what all methods find: `--compare`."""
+
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+from commands import called
+
+from kneecore import Cancelled, ParameterSpace, SearchResult, worst_case
+from kneecore._assets import asset_path
+from kneecore.search.cli import main
+from kneecore.search.methods import compare_methods, with_rivals
+
+SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
+SPACE = ParameterSpace(case="geometry", geometry_bound_mm=0.6)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return worst_case(SPACE, solver="equilibrium", pop_size=20, n_generations=5, seed=4)
+
+
+@pytest.fixture(scope="module")
+def result(plain):
+    return with_rivals(plain)
+
+
+def test_shortfalls_are_below_the_best_of_all(result, plain):
+    found = compare_methods(SPACE, solver="equilibrium", seed=4)
+    assert [r.method for r in result.rivals] == list(found)
+    ends = {name: trace.objective[-1] for name, trace in found.items()}
+    best = max([plain.objective_model, *ends.values()])
+    assert result.best_of_all == best
+    for rival in result.rivals:
+        expected = 100.0 * (best - ends[rival.method]) / best
+        assert rival.shortfall_percent(best) == pytest.approx(expected, abs=1e-9)
+        assert (rival.promised is None) == (rival.method in ("exact", "ga"))
+        assert result.seconds[f"compare_{rival.method}"] > 0.0
+
+
+def test_the_search_itself_is_what_it_was(result, plain):
+    np.testing.assert_array_equal(result.x, plain.x)
+    assert result.objective_model == plain.objective_model
+    assert plain.rivals == ()
+    assert plain.best_of_all == plain.objective_model
+
+
+def test_the_report_tells_every_shortfall(result):
+    told = str(result)
+    assert f"Best f of all methods in the true model: {result.best_of_all:.2f} deg" in told
+    own = 100.0 * (1.0 - result.objective_model / result.best_of_all)
+    assert own > 5.0  # twenty pairs and five generations
+    assert f"this search: {own:.2f} %" in told
+    for rival in result.rivals:
+        assert f"{rival.shortfall_percent(result.best_of_all):.2f} % after" in told
+
+
+def test_json_follows_the_schema_and_comes_back(result):
+    text = result.to_json()
+    document = json.loads(text)
+    jsonschema.validate(document, SCHEMA)
+    assert set(document) == set(SCHEMA["properties"])
+    again = SearchResult.from_json(text)
+    assert again.to_json() == text
+    assert str(again) == str(result)
+    document["comparison"]["methods"]["luck"] = document["comparison"]["methods"].pop("ga")
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, SCHEMA)
+    with pytest.raises(ValueError, match="names the method 'luck'"):
+        SearchResult.from_json(json.dumps(document))
+    del document["comparison"]
+    assert SearchResult.from_json(json.dumps(document)).rivals == ()
+
+
+def test_the_command_compares_and_draws(capsys, tmp_path):
+    words = ["--case", "material", "--solver", "equilibrium", "--method", "exact", "--compare"]
+    code, out, _ = called(capsys, main, *words, "--json", "--out", str(tmp_path / "out"))
+    assert code == 0
+    document = json.loads(out)
+    assert document["comparison"]["methods"]["exact"]["shortfall_percent"] < 1e-6
+    assert document["comparison"]["best"] >= document["objective_model"]
+    assert "--compare" in document["command"]
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"figure_6_convergence.png", "figure_6_convergence.svg"} <= names
+
+
+def test_a_cancelled_comparison_is_no_result(plain):
+    with pytest.raises(Cancelled):
+        with_rivals(plain, lambda report: report.done > 50)
