@@ -290,7 +290,8 @@ class TestLandscape:
 
         with WireClient(visitor.port, on_message=watch) as other:
             other.wait(lambda c: c.counts.get("ReplayDoneMessage"))
-            other.wait(lambda _: seen)  # placed when it joined
+            # It is placed when it joins: its camera freed, moved and locked, its charts watched.
+            other.wait(lambda c: c.counts.get("RunJavascriptMessage", 0) >= 3)
             mine = (0.1, 0.2, 1.5)
             other.send(CAMERA | {"position": mine})
             eventually(
