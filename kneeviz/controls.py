@@ -249,6 +249,12 @@ class SearchTab:
                 hint="In motion: after 23 s of simulated motion, as in the paper. At rest: the "
                 "equilibrium under each load.",
             )
+            self.repair = gui.add_checkbox(
+                "Repair",
+                False,
+                hint="In the surrogate: add the pair that was found, and up to 40 knees, to its "
+                "training until surrogate and true model agree there to 1 %.",
+            )
             self.pop_size = gui.add_number(
                 "Population", 200, min=10, max=2000, step=10, hint="Pairs of knees alive at once."
             )

@@ -48,7 +48,7 @@ def show_result(session: "Session") -> None:
     note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
     sentence = markup.escape(result.summary())
     told = f"{note}<b>{sentence}</b><br>{markup.objective_line(result)}"
-    evidence = markup.evidence_line(result)
+    evidence = markup.repair_line(result) + markup.evidence_line(result)
     view.search.found.content = markup.box(told + evidence, style=style)
     colours = theme.palette(view.dark)
     command = "The same without a browser:" + markup.command_line(result.command())

@@ -36,6 +36,7 @@ def start_search(session: "Session", search_space: SearchSpace, client_id: int |
         rest_length=state.bounds.rest_length,
         search_space=search_space,
         method=cast(Method, controls.METHODS[tab.method.value]),
+        repair=bool(tab.repair.value),
         solver=cast(Solver, controls.SOLVERS[tab.solver.value]),
         objective=tab.objective.value,
         pop_size=round(tab.pop_size.value),

@@ -238,6 +238,19 @@ def evidence_line(result: Any) -> str:
     return f"<br>{faint('; '.join(parts) + '.')}"
 
 
+def repair_line(result: Any) -> str:
+    """Return how a surrogate was repaired; nothing for one that was not."""
+    repair = result.repair
+    if repair is None:
+        return ""
+    gaps = [r.gap_percent for r in repair.rounds if r.gap_percent is not None]
+    first = (
+        f": the gap went from {number(gaps[0], 1)} to {number(gaps[-1], 1, '%')}" if gaps else ""
+    )
+    missed = "" if repair.reached else f" (its goal, {repair.goal_percent:g} %, was not reached)"
+    return f"<br>{faint(f'Repaired with {repair.n_models} more models{first}{missed}.')}"
+
+
 def live_note(sampled: str) -> str:
     """Return what the live search shows, in words."""
     return (

@@ -28,6 +28,8 @@ class SearchSettings:
     rest_length: Any
     search_space: SearchSpace
     method: Method
+    repair: bool
+    """Whether a surrogate is repaired; a search in the true model has none."""
     solver: Solver
     objective: Objective
     pop_size: int
@@ -104,6 +106,7 @@ class SearchJob:
         return kneecore.worst_case(
             s.space,
             method=s.method,
+            repair=s.repair and s.search_space == "surrogate",
             search_space=s.search_space,
             training_samples=max(50, s.space.n_free + 2),
             **genetic,

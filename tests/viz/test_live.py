@@ -338,3 +338,21 @@ class TestMethods:
         assert ("--space surrogate" in command) == (where == "surrogate")
         visitor.set(widget(tab.method), "Genetic")
         visitor.wait(lambda c: not c.props[widget(tab.pop_size)]["disabled"])
+
+    def test_a_repaired_surrogate_tells_its_gaps(self, session, visitor):
+        tab = session.view.search
+        visitor.set(widget(tab.method), "Exact gradients")
+        visitor.set(widget(tab.repair), True)
+        eventually(lambda: tab.method.value == "Exact gradients" and tab.repair.value)
+        session.state.result = None
+        press(visitor, tab.surrogate)
+        eventually(lambda: session.job is None and session.state.result is not None)
+        wanted = worst_case(method="exact", repair=True)
+        assert session.state.result.x.tobytes() == wanted.x.tobytes()
+        told = f"Repaired with {wanted.repair.n_models} more models"
+        visitor.wait(lambda c: told in c.props[widget(tab.found)]["content"])
+        assert "--repair" in visitor.props[widget(tab.table)]["content"]
+        press(visitor, tab.model)  # the true model has no surrogate to be repaired
+        eventually(lambda: session.state.result.search_space == "model")
+        visitor.set(widget(tab.repair), False)
+        eventually(lambda: not tab.repair.value)
