@@ -192,10 +192,11 @@ class ResponseBatch:
         )
 
 
-def check_solver(solver: str) -> None:
-    """Raise a `ParameterError` if `solver` is none."""
+def check_solver(solver: Solver) -> Solver:
+    """Return `solver`, or raise a `ParameterError` if it is none."""
     if solver not in get_args(Solver):
         raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+    return solver
 
 
 def prepare(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
-from kneecore.model.response import MOMENT, RestLength, check_solver
+from kneecore.model.response import MOMENT, RestLength, Solver, check_solver
 from kneecore.search.exact import Evidence, ExactPair, ExactSettings, Report, climb_pair
 from kneecore.search.knee import KneeModel, Objective, load_weights
 from kneecore.search.knee_slopes import SettledKnee
@@ -72,7 +72,7 @@ def exact_worst_case(
     space: ParameterSpace | None = None,
     *,
     objective: Objective = "all",
-    solver: str = "dynamics",
+    solver: Solver = "dynamics",
     rest_length: RestLength = "recomputed",
     seed: int = 0,
     threads: int | None = None,
@@ -122,7 +122,7 @@ def exact_extremes(
     space: ParameterSpace,
     load: int,
     *,
-    solver: str = "dynamics",
+    solver: Solver = "dynamics",
     rest_length: RestLength = "recomputed",
     seed: int = 0,
     threads: int | None = None,
@@ -152,7 +152,7 @@ def exact_extremes(
 def _search(
     space: ParameterSpace,
     weights: FloatArray,
-    solver: str,
+    solver: Solver,
     rest_length: RestLength,
     threads: int | None,
     settings: ExactSettings,

@@ -30,6 +30,8 @@ class Options(SpaceOptions):
     """Monte-Carlo samples; Sobol' sampling rounds up to a power of two."""
     sampling: Literal["uniform", "latin-hypercube", "sobol"] = "uniform"
     """How the samples are drawn."""
+    solver: Literal["dynamics", "equilibrium"] = "dynamics"
+    """The response of the true model: its motion over 23 s, or the knee at rest under each load."""
     influence: bool = False
     """Compute Sobol' indices of the 12 angles as well."""
     base_samples: int = 1024
@@ -75,7 +77,7 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
     _check(options)
     angles = None
     if worst is not None:
-        check_comparable(worst, space, options.rest_length)
+        check_comparable(worst, space, options.rest_length, options.solver)
         angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
 
     def callback(report: Any) -> object:
@@ -87,6 +89,7 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
         sampling=options.sampling,
         seed=options.seed,
         rest_length=options.rest_length,
+        solver=options.solver,
         threads=options.threads,
         angles_deg=angles,
         callback=callback,
@@ -102,6 +105,7 @@ def _study(options: Options, stop: threading.Event, show: "Callback") -> Study:
                 n_base=options.base_samples,
                 seed=options.seed,
                 rest_length=options.rest_length,
+                solver=options.solver,
                 threads=options.threads,
                 callback=callback,
             )

@@ -62,8 +62,10 @@ class Comparison:
         }
 
 
-def check_comparable(worst: SearchResult, space: ParameterSpace, rest_length: str) -> None:
-    """Raise a `ParameterError` if a worst case is of other bounds or rest lengths than samples."""
+def check_comparable(
+    worst: SearchResult, space: ParameterSpace, rest_length: str, solver: str
+) -> None:
+    """Raise a `ParameterError` if a worst case is not of the bounds and responses of samples."""
     same = np.array_equal(worst.space.lower, space.lower) and np.array_equal(
         worst.space.upper, space.upper
     )
@@ -71,6 +73,11 @@ def check_comparable(worst: SearchResult, space: ParameterSpace, rest_length: st
         raise ParameterError(
             "`result` and the samples have other bounds or rest lengths; the same are needed to "
             "compare them"
+        )
+    if worst.solver != solver:
+        raise ParameterError(
+            f"`result` has the solver {worst.solver!r} and the samples {solver!r}; the same is "
+            "needed to compare them"
         )
 
 
@@ -80,9 +87,9 @@ def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Compa
     Raises
     ------
     ParameterError
-        If the two were not made with the same bounds and rest lengths.
+        If the two were not made with the same bounds, rest lengths and solver.
     """
-    check_comparable(worst, study.space, study.rest_length)
+    check_comparable(worst, study.space, study.rest_length, study.solver)
     angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
     lower, upper = study.flexion_deg.percentile_lower, study.flexion_deg.percentile_upper
     excess = np.maximum(np.maximum(lower - angles, angles - upper), 0.0)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
-from kneecore.model.response import MOMENT, RestLength
+from kneecore.model.response import MOMENT, RestLength, Solver, check_solver
 from kneecore.numerics.sampling import check_count
 from kneecore.numerics.sensitivity import Indices, sobol_indices
 from kneecore.parameters import STRUCTURE
@@ -42,6 +42,8 @@ class InfluenceResult:
 
     space: ParameterSpace
     rest_length: RestLength
+    solver: Solver
+    """Which response of the true model."""
     names: tuple[str, ...]
     """The free parameters, in the order of the indices' second axis."""
     indices: Indices
@@ -127,6 +129,7 @@ class InfluenceResult:
             "seed": self.seed,
             "case": self.space.case,
             "rest_length": self.rest_length,
+            "solver": self.solver,
             "baseline": {"title": self.space.title, "note": self.space.note},
             "versions": dict(self.versions),
             "seconds": {k: round(v, 6) for k, v in self.seconds.items()},
@@ -169,6 +172,7 @@ def influence(
     n_base: int = 1024,
     seed: int = 0,
     rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
     threads: int | None = None,
     intervals: bool = True,
     callback: Callback | None = None,
@@ -183,7 +187,7 @@ def influence(
         Base rows, rounded up to a power of two; the model is run n_free + 2 times for each.
     seed : int
         The same seed gives the same numbers on any number of threads.
-    rest_length, threads
+    rest_length, solver, threads
         As for `simulate_batch`.
     intervals : bool
         Whether to bootstrap 95 % intervals.
@@ -200,7 +204,7 @@ def influence(
     space = space or ParameterSpace()
     check_count("n_base", n_base)
     n_threads = thread_count(threads)
-    model = KneeModel(space, rest_length, n_threads)
+    model = KneeModel(space, rest_length, n_threads, check_solver(solver))
     start = time.perf_counter()
 
     def watch(done: int, total: int) -> object:
@@ -227,6 +231,7 @@ def influence(
     return InfluenceResult(
         space=space,
         rest_length=rest_length,
+        solver=solver,
         names=tuple(n for n, free in zip(space.names, space.free, strict=True) if free),
         indices=found,
         seed=seed,
@@ -259,7 +264,7 @@ def worst_case_slopes(result: SearchResult) -> WorstCaseSlopes:
         If a model beside one of the two fails.
     """
     space = result.space
-    model = KneeModel(space, result.rest_length, result.threads)
+    model = KneeModel(space, result.rest_length, result.threads, result.solver)
     u = space.to_unit(result.x)[:, space.free]
     steps = _STEP * np.eye(space.n_free)
     # The worst case lies on bounds: keep both sides of the difference within the cube.

@@ -294,6 +294,17 @@ def test_a_result_of_other_bounds_is_refused_before_anything_is_sampled(capsys, 
     code, out, err = in_process(capsys, "--quiet", *arguments)
     assert (code, out) == (2, "")
     assert "`--result` and the samples have other bounds" in err
+    code, out, err = in_process(capsys, "--quiet", *arguments[:2], "--solver", "equilibrium")
+    assert (code, out) == (2, "")
+    assert "`--result` has the solver 'dynamics' and the samples 'equilibrium'" in err
+
+
+def test_indices_of_the_knees_at_rest_are_nearly_those_in_motion():
+    moving, resting = (influence(n_base=128, solver=s) for s in ("dynamics", "equilibrium"))
+    assert resting.to_dict()["solver"] == "equilibrium"
+    heavy = [2, 3, 4, 5, 8, 9, 10, 11]  # loads at which the motion has come to rest
+    assert np.abs(moving.indices.total_order - resting.indices.total_order)[heavy].max() < 0.02
+    assert (moving.indices.total_order != resting.indices.total_order).any()
 
 
 def test_indices_of_what_moves_nothing_are_refused_and_the_samples_stay(capsys, tmp_path):
