@@ -17,7 +17,17 @@ from kneecore import Knee, Trajectory
 from kneecore.model.forces import THETA_0
 from kneecore.model.pose import STATION
 from kneecore.parameters import widened
-from kneeviz import deeds, do_landscape, do_live, do_methods, do_study, markup, series, wire
+from kneeviz import (
+    deeds,
+    do_landscape,
+    do_live,
+    do_methods,
+    do_study,
+    markup,
+    series,
+    sliders,
+    wire,
+)
 from kneeviz.do_live import Live
 from kneeviz.do_result import show_result
 from kneeviz.landscape_show import LandscapeShow
@@ -219,7 +229,7 @@ class Session:
 
     def set_parameter(self, index: int, value: float) -> None:
         """Take a slider's value, in the parameter's unit."""
-        if abs(value - self.slider_value(index)) < 1e-9:
+        if abs(value - sliders.shown_value(self.view.knee, self.state, index)) < 1e-9:
             return  # the browser repeats what it was told, with fewer digits than we keep
         self.state.x[index] = value * SCALE[index]
         handle = self.view.knee.sliders[index]
@@ -230,24 +240,9 @@ class Session:
         if self.model_ready:
             self.show_knee(self.state.x, final=True)
 
-    def slider_value(self, index: int) -> float:
-        """Return what a slider shows for the present knee: its value to the slider's digits."""
-        handle = self.view.knee.sliders[index]
-        value = round(float(self.state.x[index] / SCALE[index]), int(handle.precision))
-        return float(min(max(value, handle.min), handle.max))
-
     def mirror_sliders(self) -> None:
         """Let all sliders show the present knee, also in a browser that missed something."""
-        for index, handle in enumerate(self.view.knee.sliders):
-            low, high = (round(edge, 6) for edge in self.state.slider_range(index))
-            if (handle.min, handle.max) != (low, high):
-                handle.min, handle.max = low, high
-            handle.disabled = not self.state.is_free(index)
-            value = self.slider_value(index)
-            if handle.value != value:
-                handle.value = value
-            else:
-                wire.force_value(self.target.gui, handle)
+        sliders.mirror(self.view.knee, self.state, self.target.gui)
 
     def refit(self) -> None:
         """Fit the surrogate anew, if the kernels are there."""
