@@ -7,7 +7,7 @@ but not the best: an input whose effect has the other sign there than elsewhere 
 So the models that are left go, one at a time, to the pair so far with one input at its other bound:
 the one with the largest expected improvement (Jones, Schonlau & Welch 1998, J. Glob. Optim.
 13:455), by the loss that the surrogate predicts and by how much such predictions have been wrong
-so far, for each of the two models by itself. No input of a model is tried twice.
+so far, for the same model and for the same input of the other. No input of a model is tried twice.
 
 Examples
 --------
@@ -54,14 +54,15 @@ FloatArray = NDArray[np.float64]
 Search = Callable[[Surrogate], Found]
 
 _SAME = 1e-3  # of the cube's width: models closer than that are one
-_WORTH = 1e-3  # of f: an optimum that promises less above the best known pair is not computed
+_WORTH = 2e-3  # of f: an optimum that promises less above the best known pair is not computed
 _FIRST_ERROR = 0.01  # of f: what the prediction of an input's effect is taken to be wrong by ...
 _FIRST_WEIGHT = 2.0  # ... as if that had been seen this many times
+_OTHER_WEIGHT = 3.0  # of the same input's error for the other model, in trials
 _NEAR = 0.95  # of the optimum's f: a known pair below that is not where it is
 _PAIR = 2
 
 
-def _expected_improvement(loss: FloatArray, error: float) -> FloatArray:
+def _expected_improvement(loss: FloatArray, error: FloatArray) -> FloatArray:
     """Return the expected gain of changes that are predicted to lose `loss`, sd `error`."""
     z = -loss / error
     density = np.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
@@ -149,7 +150,7 @@ class _Repairing:
         """Its outputs by the surrogate before that, shape (2, m)."""
         self._searched: tuple[Surrogate, Found] | None = None
         self._tried: tuple[set[int], set[int]] = (set(), set())
-        self._errors: tuple[list[float], list[float]] = ([], [])
+        self._errors: tuple[dict[int, float], dict[int, float]] = ({}, {})
         self.n_evaluations = 0
         self.cancelled = False
 
@@ -250,7 +251,7 @@ class _Repairing:
         reached = float((self.samples.add(trial.u[None])[0] * trial.sums).sum())
         self._tried[trial.half].add(trial.place)
         if np.isfinite(reached):
-            self._errors[trial.half].append(reached - trial.predicted)
+            self._errors[trial.half][trial.place] = reached - trial.predicted
         return True
 
     def _trials(self, u: FloatArray, y: FloatArray) -> list[tuple[float, _Trial]]:
@@ -263,9 +264,7 @@ class _Repairing:
             thrown = np.repeat(u[half][None], len(u[half]), axis=0)
             np.fill_diagonal(thrown, 1.0 - np.round(u[half]))
             predicted = (samples.surrogate(thrown) * sums).sum(axis=1)
-            seen = self._errors[half]
-            square = _FIRST_WEIGHT * (_FIRST_ERROR * scale) ** 2 + sum(e * e for e in seen)
-            error = math.sqrt(square / (_FIRST_WEIGHT + len(seen)))
+            error = self._error(half, len(thrown), _FIRST_ERROR * scale)
             gains = _expected_improvement((y[half] * sums).sum() - predicted, error)
             trials += [
                 (
@@ -276,6 +275,20 @@ class _Repairing:
                 if k not in self._tried[half] and not samples.known(thrown[k])
             ]
         return trials
+
+    def _error(self, half: int, n: int, first: float) -> FloatArray:
+        """Return what the prediction of each input's trial is wrong by, root mean square, (n,).
+
+        That is what trials of the same model have shown; an input that was mistaken for the other
+        model is likely to be mistaken here.
+        """
+        seen = self._errors[half]
+        total = _FIRST_WEIGHT * first**2 + sum(e * e for e in seen.values())
+        squares, counts = np.full(n, total), np.full(n, _FIRST_WEIGHT + len(seen))
+        for k, error in self._errors[1 - half].items():
+            squares[k] += _OTHER_WEIGHT * error * error
+            counts[k] += _OTHER_WEIGHT
+        return np.sqrt(squares / counts)
 
     def history(self) -> Repair:
         return Repair(
