@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 from kneecore.model.response import Solver
-from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.pair_settings import Method, SearchSpace
 from kneeviz import controls, markup, theme
 from kneeviz.do_knee import choose_preset
 from kneeviz.do_live import set_live

@@ -12,7 +12,7 @@ from kneecore import KneecoreError, ParameterSpace
 from kneecore._threads import available_cores
 from kneecore.model.response import Solver
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.pair_settings import Method, SearchSpace
 
 _LOG = logging.getLogger(__name__)
 _REPORT_SECONDS = 0.1

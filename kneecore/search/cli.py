@@ -133,7 +133,7 @@ def _check(options: Options, space: "ParameterSpace") -> None:
     """Refuse what can be refused before anything is computed or written."""
     from kneecore._threads import thread_count
     from kneecore.search.output import prepare_folder
-    from kneecore.search.pair_search import PairSettings, default_space
+    from kneecore.search.pair_settings import PairSettings, default_space
 
     settings = PairSettings(
         method=options.method,

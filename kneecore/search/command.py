@@ -8,7 +8,7 @@ import numpy as np
 
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.parameters import widened
-from kneecore.search.pair_search import default_space
+from kneecore.search.pair_settings import default_space
 from kneecore.space import ParameterSpace
 
 if TYPE_CHECKING:

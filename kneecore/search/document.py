@@ -26,7 +26,7 @@ from kneecore.search.evidence_tables import (
     repair_table,
 )
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.pair_settings import Method, SearchSpace
 from kneecore.search.result import COUNTS, SearchResult
 from kneecore.space import ParameterSpace
 

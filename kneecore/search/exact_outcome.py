@@ -13,16 +13,10 @@ from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact import ExactSettings, climb_pair
 from kneecore.search.exact_knee import exact_worst_case
 from kneecore.search.knee import KneeModel, Objective
-from kneecore.search.pair_search import (
-    Found,
-    PairOutcome,
-    PairSettings,
-    UnitModel,
-    checked_weights,
-    train,
-    verified,
-)
+from kneecore.search.pair_search import Found, PairOutcome, checked_weights, verified
+from kneecore.search.pair_settings import PairSettings
 from kneecore.search.progress import Callback, Progress
+from kneecore.search.training import UnitModel, train
 
 __all__ = ["climb_surrogate", "exact_in_knee", "exact_in_surrogate"]
 

@@ -11,8 +11,9 @@ from kneecore.model.dynamics import flexion_of, respond
 from kneecore.model.equilibrium import equilibria
 from kneecore.model.response import MOMENT, RestLength, Solver, prepare
 from kneecore.parameters import check_physical
-from kneecore.search.pair_search import PairSettings, Training, train
+from kneecore.search.pair_settings import PairSettings
 from kneecore.search.progress import Callback
+from kneecore.search.training import Training, train
 from kneecore.space import ParameterSpace
 
 __all__ = ["KneeModel", "KneeSurrogate", "Objective", "fit_surrogate", "load_weights"]

@@ -35,18 +35,15 @@ from kneecore.search.exact_outcome import climb_surrogate
 from kneecore.search.pair_search import (
     Found,
     PairOutcome,
-    PairSettings,
-    Training,
-    UnitModel,
     checked_weights,
     gap_percent,
-    outputs_of,
     pair_value,
     search_pair,
-    train,
 )
+from kneecore.search.pair_settings import PairSettings
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.repair_history import Repair, RepairRound
+from kneecore.search.training import Training, UnitModel, outputs_of, train
 
 __all__ = ["find_repaired_pair"]
 
@@ -288,7 +285,8 @@ class _Repairing:
         for k, error in self._errors[1 - half].items():
             squares[k] += _OTHER_WEIGHT * error * error
             counts[k] += _OTHER_WEIGHT
-        return np.sqrt(squares / counts)
+        errors: FloatArray = np.sqrt(squares / counts)
+        return errors
 
     def history(self) -> Repair:
         return Repair(

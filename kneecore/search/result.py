@@ -17,7 +17,7 @@ from kneecore.model.response import MOMENT, Response, RestLength, Solver
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.search.exact import Evidence
 from kneecore.search.knee import Objective
-from kneecore.search.pair_search import Method, SearchSpace
+from kneecore.search.pair_settings import Method, SearchSpace
 from kneecore.search.repair_history import Repair
 from kneecore.search.rival import Rival
 from kneecore.space import ParameterSpace

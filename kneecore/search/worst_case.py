@@ -32,14 +32,8 @@ from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact_knee import ALONG_LOADS
 from kneecore.search.exact_outcome import exact_in_knee, exact_in_surrogate
 from kneecore.search.knee import KneeModel, Objective, load_weights
-from kneecore.search.pair_search import (
-    Method,
-    PairOutcome,
-    PairSettings,
-    SearchSpace,
-    default_space,
-    find_pair,
-)
+from kneecore.search.pair_search import PairOutcome, find_pair
+from kneecore.search.pair_settings import Method, PairSettings, SearchSpace, default_space
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import LARGEST_EXTENSION, PairResult, SearchResult, versions

@@ -27,7 +27,8 @@ from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact_knee import ALONG_LOADS
 from kneecore.search.exact_outcome import exact_in_surrogate
 from kneecore.search.knee import KneeModel
-from kneecore.search.pair_search import Method, PairOutcome, PairSettings, find_pair
+from kneecore.search.pair_search import PairOutcome, find_pair
+from kneecore.search.pair_settings import Method, PairSettings
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import versions
 from kneecore.space import ParameterSpace

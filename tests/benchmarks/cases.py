@@ -23,7 +23,8 @@ from kneecore.model.response import prepare
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.search.knee import KneeModel
-from kneecore.search.pair_search import PairSettings, train
+from kneecore.search.pair_settings import PairSettings
+from kneecore.search.training import train
 
 
 @dataclass(frozen=True, kw_only=True)

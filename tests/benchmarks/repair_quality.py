@@ -16,7 +16,7 @@ import numpy as np
 from kneecore import ParameterSpace, worst_case
 from kneecore.model.response import Solver
 from kneecore.search.exact_knee import exact_worst_case
-from kneecore.search.pair_search import Method
+from kneecore.search.pair_settings import Method
 from kneecore.space import CASES
 
 

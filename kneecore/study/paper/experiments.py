@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from kneecore.search.cancelled import Cancelled
-from kneecore.search.pair_search import SearchSpace
+from kneecore.search.pair_settings import SearchSpace
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import SearchResult
 from kneecore.search.warm_up import warm_up
