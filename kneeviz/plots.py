@@ -102,7 +102,6 @@ class CurveChart:
     """External moment against flexion angle; sampling band and training curves faintly behind."""
 
     def __init__(self, gui: Any, colours: theme.Palette, *, height: int) -> None:
-        self._gui = gui
         self._colours, self._n_training = colours, 0
         self._range = series.ANGLE_RANGE
         axis = series.moment_axis(series.with_load_free(np.zeros(12), strain_free=True)[0])
