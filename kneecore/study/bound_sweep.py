@@ -21,17 +21,18 @@ from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
 from kneecore.model.response import RestLength, Solver
+from kneecore.parameters import STRUCTURE
 from kneecore.search.cancelled import Cancelled
 from kneecore.search.exact_knee import ExactWorstCase, exact_extremes, exact_worst_case
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import LARGEST_EXTENSION, versions
 from kneecore.space import ParameterSpace
+from kneecore.study.sweep_defaults import BOUNDS_MM
 
 __all__ = ["BoundSweep", "bound_sweep", "with_geometry_bound"]
 
 FloatArray = NDArray[np.float64]
-BOUNDS_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5)
-"""From below what medical images resolve to the accuracy that the paper quotes for them."""
+_GEOMETRIC = frozenset(row[0] for row in STRUCTURE if row[2] == "geometry")
 
 
 def with_geometry_bound(space: ParameterSpace, bound_mm: float) -> ParameterSpace:
@@ -47,9 +48,7 @@ def with_geometry_bound(space: ParameterSpace, bound_mm: float) -> ParameterSpac
     if space.case == "material":
         raise ParameterError("`case` is 'material'; 'both' or 'geometry' varies the geometry")
     kept = {
-        name: half
-        for name, half in (space.half_ranges or {}).items()
-        if not name.startswith(("condyle", "plateau")) and not name.endswith(("_x", "_y"))
+        name: half for name, half in (space.half_ranges or {}).items() if name not in _GEOMETRIC
     }
     return dataclasses.replace(
         space,

@@ -13,6 +13,7 @@ import tyro
 from kneecore import _cli
 from kneecore._space_options import Folder, SpaceOptions
 from kneecore.errors import KneecoreError
+from kneecore.study.sweep_defaults import BOUNDS_MM, SIZES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +50,7 @@ class Training(_Shared):
     Ciszkiewicz & Dumas 2024, whose parameter table is not available.
     """
 
-    sizes: tuple[int, ...] = (30, 40, 50, 75, 100, 150, 200, 300, 400)
+    sizes: tuple[int, ...] = SIZES
     """Training samples; at least one more than free parameters."""
     seeds: int = 5
     """Repetitions with other training samples."""
@@ -67,15 +68,7 @@ class Bound(_Shared):
     parameter table is not available.
     """
 
-    bounds_mm: Annotated[tuple[float, ...], tyro.conf.arg(metavar="MM [MM ...]")] = (
-        0.25,
-        0.5,
-        0.75,
-        1.0,
-        1.5,
-        2.0,
-        2.5,
-    )
+    bounds_mm: Annotated[tuple[float, ...], tyro.conf.arg(metavar="MM [MM ...]")] = BOUNDS_MM
     """Half-ranges of every length and coordinate, mm."""
     within_deg: float = 5.0
     """Flexion that may be left at +5 N m, deg, for the answer the other way round."""
@@ -141,7 +134,7 @@ def _sweep(options: Training | Bound, stop: threading.Event, show: "Callback") -
             )
         else:
             done.bound = bound_sweep(space, bounds_mm=options.bounds_mm, **shared)
-            largest = max(2.5, *options.bounds_mm)
+            largest = max(*BOUNDS_MM, *options.bounds_mm)
             done.need = needed_accuracy(
                 space, within_deg=options.within_deg, largest_mm=largest, **shared
             )

@@ -32,11 +32,11 @@ from kneecore.search.pair_settings import Method, PairSettings
 from kneecore.search.progress import Callback, Progress
 from kneecore.search.result import versions
 from kneecore.space import ParameterSpace
+from kneecore.study.sweep_defaults import SIZES
 
 __all__ = ["TrainingSweep", "training_sweep"]
 
 FloatArray = NDArray[np.float64]
-SIZES = (30, 40, 50, 75, 100, 150, 200, 300, 400)
 TEST_KNEES = 1000
 _TEST_SEEDS = 2**62
 """Added to a seed: test knees are no training knees."""

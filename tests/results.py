@@ -1,0 +1,22 @@
+"""What holds of every search result's JSON."""
+
+import json
+
+import jsonschema
+
+from kneecore import SearchResult
+from kneecore._assets import asset_path
+
+SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
+
+
+def check_comes_back(result):
+    """Check a result's JSON against the schema and its way back; return it parsed."""
+    text = result.to_json()
+    document = json.loads(text)
+    jsonschema.validate(document, SCHEMA)
+    assert set(document) == set(SCHEMA["properties"])
+    again = SearchResult.from_json(text)
+    assert again.to_json() == text
+    assert str(again) == str(result)
+    return document
