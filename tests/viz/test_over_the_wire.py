@@ -339,7 +339,8 @@ class TestSearch:
         pause(visitor, session)
         session.post("overlay", controls.Asked(session.view.search.overlay, -1, True))
         for position in (0.0, 30.0, 80.0):
-            visitor.set(widget(session.view.transport.position), position)
+            handle = session.view.transport.position
+            session.post("position", controls.Asked(handle, -1, position))
             eventually(
                 lambda p=position: session.playback.share == pytest.approx(p / 100, abs=1e-3)
             )
