@@ -22,32 +22,34 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.errors import ModelError as ModelError
     from kneecore.errors import OutputError as OutputError
     from kneecore.errors import ParameterError as ParameterError
-    from kneecore.knee_file import Knee as Knee
-    from kneecore.knee_file import dump_knee as dump_knee
-    from kneecore.knee_file import packaged_knee as packaged_knee
-    from kneecore.knee_file import parameter_table as parameter_table
-    from kneecore.knee_file import read_knee as read_knee
-    from kneecore.model.gradient import flexion_gradient as flexion_gradient
-    from kneecore.model.response import MOMENT as MOMENT
-    from kneecore.model.response import Response as Response
-    from kneecore.model.response import ResponseBatch as ResponseBatch
-    from kneecore.model.response import simulate as simulate
-    from kneecore.model.response import simulate_batch as simulate_batch
-    from kneecore.model.trajectory import Trajectory as Trajectory
-    from kneecore.model.trajectory import trajectory as trajectory
+    from kneecore.knee.file import Knee as Knee
+    from kneecore.knee.file import dump_knee as dump_knee
+    from kneecore.knee.file import packaged_knee as packaged_knee
+    from kneecore.knee.file import parameter_table as parameter_table
+    from kneecore.knee.file import read_knee as read_knee
+    from kneecore.knee.gradient import flexion_gradient as flexion_gradient
+    from kneecore.knee.model import KneeSurrogate as KneeSurrogate
+    from kneecore.knee.model import fit_surrogate as fit_surrogate
+    from kneecore.knee.parameters import LIGAMENTS as LIGAMENTS
+    from kneecore.knee.parameters import NAMES as NAMES
+    from kneecore.knee.parameters import Parameter as Parameter
+    from kneecore.knee.response import MOMENT as MOMENT
+    from kneecore.knee.response import Response as Response
+    from kneecore.knee.response import ResponseBatch as ResponseBatch
+    from kneecore.knee.response import simulate as simulate
+    from kneecore.knee.response import simulate_batch as simulate_batch
+    from kneecore.knee.space import ParameterSpace as ParameterSpace
+    from kneecore.knee.trajectory import Trajectory as Trajectory
+    from kneecore.knee.trajectory import trajectory as trajectory
     from kneecore.numerics.genetic_options import GeneticOptions as GeneticOptions
-    from kneecore.parameters import LIGAMENTS as LIGAMENTS
-    from kneecore.parameters import NAMES as NAMES
-    from kneecore.parameters import Parameter as Parameter
-    from kneecore.search.cancelled import Cancelled as Cancelled
-    from kneecore.search.knee import KneeSurrogate as KneeSurrogate
-    from kneecore.search.knee import fit_surrogate as fit_surrogate
-    from kneecore.search.progress import Progress as Progress
+    from kneecore.paper.redo import PaperReport as PaperReport
+    from kneecore.paper.redo import redo_paper as redo_paper
+    from kneecore.progress import Cancelled as Cancelled
+    from kneecore.progress import Progress as Progress
     from kneecore.search.result import PairResult as PairResult
     from kneecore.search.result import SearchResult as SearchResult
     from kneecore.search.warm_up import warm_up as warm_up
     from kneecore.search.worst_case import worst_case as worst_case
-    from kneecore.space import ParameterSpace as ParameterSpace
     from kneecore.study.bound_sweep import BoundSweep as BoundSweep
     from kneecore.study.bound_sweep import bound_sweep as bound_sweep
     from kneecore.study.comparison import Comparison as Comparison
@@ -61,8 +63,6 @@ if TYPE_CHECKING:  # the same names for type checkers, which cannot follow __get
     from kneecore.study.monte_carlo import monte_carlo as monte_carlo
     from kneecore.study.needed_accuracy import NeededAccuracy as NeededAccuracy
     from kneecore.study.needed_accuracy import needed_accuracy as needed_accuracy
-    from kneecore.study.paper.report import PaperReport as PaperReport
-    from kneecore.study.paper.report import redo_paper as redo_paper
     from kneecore.study.training_sweep import TrainingSweep as TrainingSweep
     from kneecore.study.training_sweep import training_sweep as training_sweep
 
@@ -72,32 +72,32 @@ _HOME = {
     "ModelError": "errors",
     "OutputError": "errors",
     "ParameterError": "errors",
-    "Knee": "knee_file",
-    "dump_knee": "knee_file",
-    "packaged_knee": "knee_file",
-    "parameter_table": "knee_file",
-    "read_knee": "knee_file",
-    "flexion_gradient": "model.gradient",
-    "MOMENT": "model.response",
-    "Response": "model.response",
-    "ResponseBatch": "model.response",
-    "simulate": "model.response",
-    "simulate_batch": "model.response",
-    "Trajectory": "model.trajectory",
-    "trajectory": "model.trajectory",
+    "Knee": "knee.file",
+    "dump_knee": "knee.file",
+    "packaged_knee": "knee.file",
+    "parameter_table": "knee.file",
+    "read_knee": "knee.file",
+    "flexion_gradient": "knee.gradient",
+    "MOMENT": "knee.response",
+    "Response": "knee.response",
+    "ResponseBatch": "knee.response",
+    "simulate": "knee.response",
+    "simulate_batch": "knee.response",
+    "Trajectory": "knee.trajectory",
+    "trajectory": "knee.trajectory",
     "GeneticOptions": "numerics.genetic_options",
-    "LIGAMENTS": "parameters",
-    "NAMES": "parameters",
-    "Parameter": "parameters",
-    "KneeSurrogate": "search.knee",
-    "fit_surrogate": "search.knee",
-    "Cancelled": "search.cancelled",
-    "Progress": "search.progress",
+    "LIGAMENTS": "knee.parameters",
+    "NAMES": "knee.parameters",
+    "Parameter": "knee.parameters",
+    "KneeSurrogate": "knee.model",
+    "fit_surrogate": "knee.model",
+    "Cancelled": "progress",
+    "Progress": "progress",
     "PairResult": "search.result",
     "SearchResult": "search.result",
     "warm_up": "search.warm_up",
     "worst_case": "search.worst_case",
-    "ParameterSpace": "space",
+    "ParameterSpace": "knee.space",
     "BoundSweep": "study.bound_sweep",
     "NeededAccuracy": "study.needed_accuracy",
     "bound_sweep": "study.bound_sweep",
@@ -111,8 +111,8 @@ _HOME = {
     "landscape": "study.landscape",
     "MonteCarloResult": "study.monte_carlo",
     "monte_carlo": "study.monte_carlo",
-    "PaperReport": "study.paper.report",
-    "redo_paper": "study.paper.report",
+    "PaperReport": "paper.redo",
+    "redo_paper": "paper.redo",
     "TrainingSweep": "study.training_sweep",
     "training_sweep": "study.training_sweep",
 }

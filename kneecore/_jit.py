@@ -40,7 +40,9 @@ _FASTMATH = {"contract"}
 def _source_hash() -> str:
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256()
-    sources = sorted([*package.glob("model/*.py"), *package.glob("numerics/*.py"), Path(__file__)])
+    sources = sorted(
+        [*package.glob("knee/**/*.py"), *package.glob("numerics/*.py"), Path(__file__)]
+    )
     for source in sources:
         digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

@@ -2,12 +2,12 @@
 
 import sys
 
-from kneecore.model.cli import main
+from kneecore.cli.simulate import main
 
 if __name__ == "__main__":
     raise SystemExit(main())
 
 # Importing this file as a module must not put it in the place of the function `kneecore.simulate`.
-from kneecore.model.response import simulate
+from kneecore.knee.response import simulate
 
 sys.modules[__name__] = simulate  # type: ignore[assignment]

@@ -1,6 +1,6 @@
 """``python -m kneecore.sweep``: how many training runs, and how accurate a geometry."""
 
-from kneecore.study.sweep_cli import main
+from kneecore.cli.sweep import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -1,6 +1,6 @@
 """``python -m kneecore.uncertainty``: Monte Carlo, influence, and a worst case beside them."""
 
-from kneecore.study.cli import main
+from kneecore.cli.uncertainty import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from kneecore import _cli
+from kneecore.cli import run as _cli
 
 if TYPE_CHECKING:
-    from kneeviz.app import App
+    from kneeviz.server.app import App
 
 COMMAND = "python -m kneeviz"
 DEFAULT_PORT = 8080
@@ -114,7 +114,7 @@ def start(options: Options) -> "App":
         from kneecore.search.result import SearchResult
 
         result = SearchResult.load(options.result)
-    from kneeviz.app import App
+    from kneeviz.server.app import App
 
     app = App(
         host=options.host,

@@ -1,6 +1,6 @@
 """Entry point of ``python -m kneecore.search``."""
 
-from kneecore.search.cli import main
+from kneecore.cli.search import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.exact_outcome import climb_surrogate
-from kneecore.search.pair_search import (
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.exact_search import climb_surrogate
+from kneecore.search.genetic_search import (
     Found,
     PairOutcome,
     checked_weights,
@@ -40,9 +40,8 @@ from kneecore.search.pair_search import (
     pair_value,
     search_pair,
 )
-from kneecore.search.pair_settings import PairSettings
-from kneecore.search.progress import Callback, Progress
 from kneecore.search.repair_history import Repair, RepairRound
+from kneecore.search.settings import PairSettings
 from kneecore.search.training import Training, UnitModel, outputs_of, train
 
 __all__ = ["find_repaired_pair"]
@@ -339,8 +338,8 @@ def find_repaired_pair(
 ) -> PairOutcome:
     """Find the most different pair of a surrogate that is repaired on the way.
 
-    The arguments are those of `kneecore.search.pair_search.find_pair`, and `order` that of
-    `kneecore.search.exact.sign_patterns`. Of the last optimum and the best known pair, the one
+    The arguments are those of `kneecore.search.genetic_search.find_pair`, and `order` that of
+    `kneecore.search.sign_climb.sign_patterns`. Of the last optimum and the best known pair, the one
     with the larger f in the true model is returned.
     """
     first = train(model, n_dimensions, settings, callback)

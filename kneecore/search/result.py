@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import __version__
-from kneecore._json import DIGITS
-from kneecore.model.response import MOMENT, Response, RestLength, Solver
+from kneecore.knee.model import Objective
+from kneecore.knee.response import MOMENT, Response, RestLength, Solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import DIGITS
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.search.exact import Evidence
-from kneecore.search.knee import Objective
-from kneecore.search.pair_settings import Method, SearchSpace
 from kneecore.search.repair_history import Repair
 from kneecore.search.rival import Rival
-from kneecore.space import ParameterSpace
+from kneecore.search.settings import Method, SearchSpace
+from kneecore.search.sign_climb import Evidence
 
 __all__ = ["PairResult", "SearchResult", "versions"]
 
@@ -94,12 +94,12 @@ class PairResult:
         return f"PairResult(objective_model={self.objective_model}, x={self.x.tolist()})"
 
     def __str__(self) -> str:
-        from kneecore.search.report import pair_report
+        from kneecore.report.search import pair_report
 
         return pair_report(self)
 
     def _repr_html_(self) -> str:
-        from kneecore.search.report import pair_report
+        from kneecore.report.search import pair_report
 
         return pair_report(self, html=True)
 
@@ -172,7 +172,7 @@ class SearchResult:
     repair: Repair | None = None
     """How the surrogate was repaired; None if it was not asked to be."""
     rivals: tuple[Rival, ...] = ()
-    """What all methods find in the same space (`kneecore.search.methods.with_rivals`)."""
+    """What all methods find in the same space (`kneecore.search.compare.with_rivals`)."""
 
     @property
     def case(self) -> str:
@@ -213,18 +213,18 @@ class SearchResult:
         return f"SearchResult({self.summary()!r}, objective_model={self.objective_model})"
 
     def __str__(self) -> str:
-        from kneecore.search.report import result_report
+        from kneecore.report.search import result_report
 
         return result_report(self)
 
     def _repr_html_(self) -> str:
-        from kneecore.search.report import result_html
+        from kneecore.report.search import result_html
 
         return result_html(self)
 
     def summary(self) -> str:
         """Return what differs, in one sentence."""
-        from kneecore.search.report import summary_sentence
+        from kneecore.report.search import summary_sentence
 
         return summary_sentence(self)
 
@@ -233,19 +233,19 @@ class SearchResult:
 
         Where the space is not the packaged one it reads the `knee.toml` that `save` writes.
         """
-        from kneecore.search.command import command_line
+        from kneecore.report.command import command_line
 
         return command_line(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as JSON-ready values; see ``result.schema.json`` for their meaning."""
-        from kneecore.search.document import to_document
+        from kneecore.files.search import to_document
 
         return to_document(self)
 
     def to_json(self) -> str:
         """Return the result as JSON text."""
-        from kneecore.search.document import to_text
+        from kneecore.files.search import to_text
 
         return to_text(self)
 
@@ -258,7 +258,7 @@ class SearchResult:
         FileFormatError
             If the text is no result of a known schema.
         """
-        from kneecore.search.document import from_text
+        from kneecore.files.search import from_text
 
         return from_text(cls, text)
 
@@ -271,13 +271,13 @@ class SearchResult:
         FileFormatError
             If it cannot be read or is no result; the message names the file.
         """
-        from kneecore.search.document import load
+        from kneecore.files.search import load
 
         return load(cls, path)
 
     def curves_csv(self) -> str:
         """Return angles, forces and positions as CSV text, one row a model and load."""
-        from kneecore.search.document import curves_csv
+        from kneecore.files.search import curves_csv
 
         return curves_csv(self)
 
@@ -298,6 +298,6 @@ class SearchResult:
         OutputError
             If the folder holds a result already and `force` is not given, or cannot be written.
         """
-        from kneecore.search.output import save
+        from kneecore.files.folder import save
 
         return save(self, folder, force=force, figures=figures)

@@ -10,7 +10,7 @@ METHOD_NAMES = {
     "exact": "exact gradients in the true model",
     "ga": "genetic algorithm in the true model (100 x 100)",
 }
-"""What the methods of `kneecore.search.methods` are, in words."""
+"""What the methods of `kneecore.search.compare` are, in words."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from kneecore.errors import ModelError, ParameterError
 from kneecore.numerics.sampling import uniform
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.pair_settings import PairSettings
-from kneecore.search.progress import Callback, Progress
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.settings import PairSettings
 
 __all__ = ["Training", "UnitModel", "outputs_of", "train"]
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from kneecore.model.gradient import flexion_gradient
-from kneecore.model.response import simulate
+from kneecore.knee.gradient import flexion_gradient
+from kneecore.knee.response import simulate
+from kneecore.knee.space import ParameterSpace
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.space import ParameterSpace
 
 
 def warm_up(

@@ -26,19 +26,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.model.response import RestLength, Solver, check_solver, simulate_batch
+from kneecore.knee.model import KneeModel, Objective, load_weights
+from kneecore.knee.response import RestLength, Solver, check_solver, simulate_batch
+from kneecore.knee.space import ParameterSpace
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.exact_knee import ALONG_LOADS
-from kneecore.search.exact_outcome import exact_in_knee, exact_in_surrogate
-from kneecore.search.knee import KneeModel, Objective, load_weights
-from kneecore.search.pair_search import PairOutcome, find_pair
-from kneecore.search.pair_settings import Method, PairSettings, SearchSpace, default_space
-from kneecore.search.progress import Callback, Progress
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.exact_model import ALONG_LOADS
+from kneecore.search.exact_search import exact_in_knee, exact_in_surrogate
+from kneecore.search.genetic_search import PairOutcome, find_pair
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import LARGEST_EXTENSION, PairResult, SearchResult, versions
+from kneecore.search.settings import Method, PairSettings, SearchSpace, default_space
 from kneecore.search.warm_up import warm_up
-from kneecore.space import ParameterSpace
 
 __all__ = ["worst_case"]
 
@@ -137,7 +136,7 @@ def worst_case(
     weights : array_like, shape (m,), optional
         Weight of each of its outputs' difference; ones for None.
     method : {"ga", "exact"}
-        The paper's genetic algorithm, or climbs with exact gradients (`kneecore.search.exact`),
+        The paper's genetic algorithm, or climbs with exact gradients (`search.sign_climb`),
         which need none of its options.
     search_space : {"surrogate", "model"}, optional
         What the search evaluates; for None, "model" for the knee with exact gradients and without

@@ -17,17 +17,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.model.response import RestLength, Solver
-from kneecore.parameters import STRUCTURE
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.exact_knee import ExactWorstCase, exact_extremes, exact_worst_case
-from kneecore.search.progress import Callback, Progress
+from kneecore.knee.parameters import STRUCTURE
+from kneecore.knee.response import RestLength, Solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.exact_model import ExactWorstCase, exact_extremes, exact_worst_case
 from kneecore.search.result import LARGEST_EXTENSION, versions
-from kneecore.space import ParameterSpace
-from kneecore.study.sweep_defaults import BOUNDS_MM
+from kneecore.study.defaults import BOUNDS_MM
 
 __all__ = ["BoundSweep", "bound_sweep", "with_geometry_bound"]
 
@@ -103,7 +102,7 @@ class BoundSweep:
         }
 
     def __str__(self) -> str:
-        from kneecore.study.sweep_report import bound_report
+        from kneecore.report.sweep import bound_report
 
         return bound_report(self)
 

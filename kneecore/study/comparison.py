@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._json import plain
 from kneecore.errors import ParameterError
-from kneecore.model.response import MOMENT
+from kneecore.knee.response import MOMENT
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
 from kneecore.search.result import SearchResult
-from kneecore.space import ParameterSpace
 from kneecore.study.monte_carlo import MonteCarloResult
 
 __all__ = ["Comparison", "compare_with_sampling"]

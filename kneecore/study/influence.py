@@ -16,18 +16,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
-from kneecore.model.response import MOMENT, RestLength, Solver, check_solver
+from kneecore.knee.model import KneeModel
+from kneecore.knee.parameters import STRUCTURE
+from kneecore.knee.response import MOMENT, RestLength, Solver, check_solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
 from kneecore.numerics.sampling import check_count
 from kneecore.numerics.sensitivity import Indices, sobol_indices
-from kneecore.parameters import STRUCTURE
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.knee import KneeModel
-from kneecore.search.progress import Callback, Progress
+from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.result import SearchResult, versions
-from kneecore.space import ParameterSpace
 
 __all__ = ["InfluenceResult", "WorstCaseSlopes", "influence", "worst_case_slopes"]
 
@@ -161,7 +160,7 @@ class InfluenceResult:
         return "\n".join(lines) + "\n"
 
     def __str__(self) -> str:
-        from kneecore.study.report import influence_report
+        from kneecore.report.study import influence_report
 
         return influence_report(self)
 

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ParameterError
-from kneecore.model.response import MOMENT, RestLength, simulate_batch
+from kneecore.knee.model import KneeSurrogate
+from kneecore.knee.parameters import check_physical, widened
+from kneecore.knee.response import MOMENT, RestLength, simulate_batch
+from kneecore.knee.space import ParameterSpace
 from kneecore.numerics.sampling import check_count
-from kneecore.parameters import check_physical, widened
-from kneecore.search.knee import KneeSurrogate
 from kneecore.search.result import LARGEST_EXTENSION
-from kneecore.space import ParameterSpace
 
 __all__ = ["DEFICIT", "READINGS", "Landscape", "landscape", "reading"]
 

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError
-from kneecore.model.response import MOMENT, RestLength, Solver, simulate_batch
+from kneecore.knee.response import MOMENT, RestLength, Solver, simulate_batch
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
 from kneecore.numerics.moments import Stream
 from kneecore.numerics.sampling import Sampling, batches, n_drawn
-from kneecore.search.progress import Callback, Progress
+from kneecore.progress import Callback, Progress
 from kneecore.search.result import versions
-from kneecore.space import ParameterSpace
 
 __all__ = ["MonteCarloResult", "Spread", "monte_carlo"]
 
@@ -137,7 +137,7 @@ class MonteCarloResult:
         }
 
     def __str__(self) -> str:
-        from kneecore.study.report import monte_carlo_report
+        from kneecore.report.study import monte_carlo_report
 
         return monte_carlo_report(self)
 

@@ -15,16 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
-from kneecore.model.response import RestLength, Solver
+from kneecore.knee.model import KneeModel
+from kneecore.knee.response import RestLength, Solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
 from kneecore.numerics.sampling import uniform
-from kneecore.search.exact_knee import exact_extremes
-from kneecore.search.knee import KneeModel
-from kneecore.search.progress import Callback
+from kneecore.progress import Callback
+from kneecore.search.exact_model import exact_extremes
 from kneecore.search.result import LARGEST_EXTENSION, versions
-from kneecore.space import ParameterSpace
 from kneecore.study.bound_sweep import (
     Steps,
     checked_bounds,
@@ -102,7 +102,7 @@ class NeededAccuracy:
         }
 
     def __str__(self) -> str:
-        from kneecore.study.sweep_report import accuracy_report
+        from kneecore.report.sweep import accuracy_report
 
         return accuracy_report(self)
 

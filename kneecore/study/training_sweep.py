@@ -17,22 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from kneecore._json import plain
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.model.response import MOMENT, RestLength, Solver, check_solver
+from kneecore.knee.model import KneeModel
+from kneecore.knee.response import MOMENT, RestLength, Solver, check_solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.numbers import plain
 from kneecore.numerics.sampling import check_count, check_seed, uniform
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.exact_knee import ALONG_LOADS
-from kneecore.search.exact_outcome import exact_in_surrogate
-from kneecore.search.knee import KneeModel
-from kneecore.search.pair_search import PairOutcome, find_pair
-from kneecore.search.pair_settings import Method, PairSettings
-from kneecore.search.progress import Callback, Progress
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.exact_model import ALONG_LOADS
+from kneecore.search.exact_search import exact_in_surrogate
+from kneecore.search.genetic_search import PairOutcome, find_pair
 from kneecore.search.result import versions
-from kneecore.space import ParameterSpace
-from kneecore.study.sweep_defaults import SIZES
+from kneecore.search.settings import Method, PairSettings
+from kneecore.study.defaults import SIZES
 
 __all__ = ["TrainingSweep", "training_sweep"]
 
@@ -100,7 +99,7 @@ class TrainingSweep:
         }
 
     def __str__(self) -> str:
-        from kneecore.study.sweep_report import training_report
+        from kneecore.report.sweep import training_report
 
         return training_report(self)
 

@@ -16,14 +16,14 @@ from scipy.interpolate import RBFInterpolator
 from threadpoolctl import threadpool_limits
 
 from kneecore import ParameterSpace, influence, monte_carlo, simulate_batch, worst_case
-from kneecore.model.dynamics import respond
-from kneecore.model.equilibrium import equilibria
-from kneecore.model.forces import THETA_0
-from kneecore.model.response import prepare
+from kneecore.knee.model import KneeModel
+from kneecore.knee.physics.dynamics import respond
+from kneecore.knee.physics.equilibrium import equilibria
+from kneecore.knee.physics.forces import THETA_0
+from kneecore.knee.response import prepare
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import SurrogatePair
-from kneecore.search.knee import KneeModel
-from kneecore.search.pair_settings import PairSettings
+from kneecore.search.settings import PairSettings
 from kneecore.search.training import train
 
 

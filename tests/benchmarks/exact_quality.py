@@ -14,8 +14,8 @@ from typing import get_args
 import numpy as np
 
 from kneecore import ParameterSpace, worst_case
-from kneecore.model.response import Solver
-from kneecore.search.exact_knee import exact_worst_case
+from kneecore.knee.response import Solver
+from kneecore.search.exact_model import exact_worst_case
 
 EXACT_SEEDS = range(40)
 SAME = 1e-4

@@ -15,8 +15,8 @@ from threadpoolctl import threadpool_limits
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.pair import SurrogatePair
-from kneecore.search.exact import ExactSettings, climb_pair
-from kneecore.search.exact_knee import ALONG_LOADS
+from kneecore.search.exact_model import ALONG_LOADS
+from kneecore.search.sign_climb import ExactSettings, climb_pair
 
 BUDGET = 160_000
 """Pairs evaluated at most: 200 x 800, the paper's main run."""

@@ -14,10 +14,10 @@ from typing import get_args
 import numpy as np
 
 from kneecore import ParameterSpace, worst_case
-from kneecore.model.response import Solver
-from kneecore.search.exact_knee import exact_worst_case
-from kneecore.search.pair_settings import Method
-from kneecore.space import CASES
+from kneecore.knee.response import Solver
+from kneecore.knee.space import CASES
+from kneecore.search.exact_model import exact_worst_case
+from kneecore.search.settings import Method
 
 
 def measured(case, solver, method, seeds):

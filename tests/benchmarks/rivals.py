@@ -7,8 +7,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import RBFInterpolator
 
-from kneecore.model import dynamics, forces
-from kneecore.model.pose import START_X, START_Y
+from kneecore.knee.physics import dynamics, forces
+from kneecore.knee.physics.pose import START_X, START_Y
 from kneecore.numerics.surrogate import Surrogate
 
 Objective = Callable[[np.ndarray], np.ndarray]

@@ -17,7 +17,6 @@ MODULES = [
             "kneecore.simulate",
             "kneecore.uncertainty",
             "kneecore.sweep",
-            "kneecore.paper",
         )
     )
 ]
@@ -30,6 +29,6 @@ def test_examples(name):
 
 
 def test_there_are_examples_where_people_begin():
-    for name in ("kneecore", "kneecore.space", "kneecore.model.response"):
+    for name in ("kneecore", "kneecore.knee.space", "kneecore.knee.response"):
         finder = doctest.DocTestFinder()
         assert any(t.examples for t in finder.find(importlib.import_module(name))), name

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from kneecore import MOMENT, NAMES, ParameterError, ParameterSpace, simulate, simulate_batch
-from kneecore.model import dynamics
-from kneecore.model.equilibrium import equilibria
-from kneecore.model.load_path import rises, trace
-from kneecore.model.newton_walk import walk
-from kneecore.model.potential import about_origin
-from kneecore.model.response import prepare
+from kneecore.knee.physics import dynamics
+from kneecore.knee.physics.equilibrium import equilibria
+from kneecore.knee.physics.load_path import rises, trace
+from kneecore.knee.physics.newton_walk import walk
+from kneecore.knee.physics.potential import about_origin
+from kneecore.knee.response import prepare
 
 MOMENTS = np.array(dynamics.MOMENTS)
 BASELINE = ParameterSpace().baseline

@@ -5,7 +5,7 @@ import pytest
 
 from kneecore import NAMES, FileFormatError, ParameterSpace, dump_knee, packaged_knee, read_knee
 from kneecore._assets import asset_path
-from kneecore.knee_file import parse_knee
+from kneecore.knee.file import parse_knee
 
 TEXT = asset_path("baseline.toml").read_text(encoding="utf-8")
 

@@ -15,9 +15,9 @@ from kneecore import (
     simulate_batch,
     trajectory,
 )
-from kneecore.model import dynamics, forces
-from kneecore.model.pose import constants
-from kneecore.model.response import prepare
+from kneecore.knee.physics import dynamics, forces
+from kneecore.knee.physics.pose import constants
+from kneecore.knee.response import prepare
 
 # Reference response of the baseline: moment, ACL, PCL, MCL, LCL, contact (N), AP, indentation (mm).
 # Two implementations made apart from each other agree on it; see "The model" in CONTRIBUTING.md.

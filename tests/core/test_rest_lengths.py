@@ -20,10 +20,10 @@ from kneecore import (
     worst_case,
 )
 from kneecore.errors import FileFormatError
-from kneecore.knee_file import parse_knee
-from kneecore.parameters import REST_LENGTH_NAMES
-from kneecore.search.figures import rests_unloaded
-from kneecore.study.figures import band_figure
+from kneecore.figures.search import rests_unloaded
+from kneecore.figures.study import band_figure
+from kneecore.knee.file import parse_knee
+from kneecore.knee.parameters import REST_LENGTH_NAMES
 
 SPACE = ParameterSpace(rest_length_bound_mm=1.0)
 MODES = ("recomputed", "fixed")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from kneeviz.app import App
+from kneeviz.server.app import App
 
 ARGUMENTS = (
     "--headless=new", "--no-sandbox", "--disable-quic", "--disable-background-networking",

@@ -11,8 +11,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[2]), str(Path(__file__).res
 from playwright.sync_api import sync_playwright  # noqa: E402, I001
 
 from e2e.conftest import ARGUMENTS, Visitor, eventually, find_browser  # noqa: E402
-from kneeviz.app import App  # noqa: E402
-from kneeviz.controls import Asked  # noqa: E402
+from kneeviz.server.app import App  # noqa: E402
+from kneeviz.views.tabs.controls import Asked  # noqa: E402
 
 MAX_BYTES = 400_000
 

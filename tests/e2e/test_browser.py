@@ -8,8 +8,8 @@ from e2e.conftest import Visitor, eventually
 
 import kneecore
 from kneecore import NAMES
-from kneeviz import wire
-from kneeviz.controls import Asked
+from kneeviz import viser_internals as wire
+from kneeviz.views.tabs.controls import Asked
 
 ACL_X, ACL_Y = NAMES.index("acl_femur_x"), NAMES.index("acl_femur_y")
 

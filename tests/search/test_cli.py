@@ -14,8 +14,8 @@ from commands import called
 
 from kneecore import GeneticOptions, ParameterSpace, SearchResult, simulate, worst_case
 from kneecore._assets import asset_path
-from kneecore.model.cli import main as simulate_main
-from kneecore.search.cli import main as search_main
+from kneecore.cli.search import main as search_main
+from kneecore.cli.simulate import main as simulate_main
 
 SMALL = ["--pop-size", "20", "--generations", "10"]
 SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
@@ -198,7 +198,7 @@ def test_a_terminal_without_unicode_gets_a_table():
 
 def test_help_needs_none_of_the_heavy_libraries():
     code = (
-        "import sys; from kneecore.search import cli\n"
+        "import sys; from kneecore.cli import search as cli\n"
         "try: cli.main(['--help'])\n"
         "except SystemExit as stop: assert not stop.code\n"
         "heavy = {'numba', 'scipy', 'matplotlib', 'viser', 'trimesh'} & set(sys.modules)\n"

@@ -9,8 +9,8 @@ from commands import called
 from results import SCHEMA, check_comes_back
 
 from kneecore import Cancelled, ParameterSpace, SearchResult, worst_case
-from kneecore.search.cli import main
-from kneecore.search.methods import compare_methods, with_rivals
+from kneecore.cli.search import main
+from kneecore.search.compare import compare_methods, with_rivals
 
 SPACE = ParameterSpace(case="geometry", geometry_bound_mm=0.6)
 

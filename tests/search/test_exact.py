@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from kneecore import MOMENT, ModelError, ParameterError, ParameterSpace, simulate_batch
+from kneecore.knee.model import KneeModel
+from kneecore.knee.slopes import SettledKnee
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import ModelPair
-from kneecore.search.cancelled import Cancelled
-from kneecore.search.exact import ExactSettings, climb_pair, sign_patterns
-from kneecore.search.exact_knee import ALONG_LOADS, exact_worst_case
-from kneecore.search.knee import KneeModel
-from kneecore.search.knee_slopes import SettledKnee
-from kneecore.search.motion_climb import climb_in_motion
+from kneecore.progress import Cancelled
+from kneecore.search.exact_model import ALONG_LOADS, exact_worst_case
+from kneecore.search.pattern_climb import climb_in_motion
+from kneecore.search.sign_climb import ExactSettings, climb_pair, sign_patterns
 
 SPACE = ParameterSpace()
 

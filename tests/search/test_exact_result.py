@@ -8,7 +8,7 @@ import pytest
 from results import SCHEMA, check_comes_back
 
 from kneecore import ParameterError, ParameterSpace, SearchResult, worst_case
-from kneecore.search.cli import main
+from kneecore.cli.search import main
 
 SMALL = ParameterSpace(case="material")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kneecore import Cancelled, ParameterSpace, simulate_batch, worst_case
-from kneecore.search.methods import compare_methods
+from kneecore.search.compare import compare_methods
 
 SPACE = ParameterSpace(case="geometry", geometry_bound_mm=0.6)
 

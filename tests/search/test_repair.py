@@ -10,8 +10,8 @@ from results import SCHEMA, check_comes_back
 
 import kneecore.search.repair
 from kneecore import ParameterError, ParameterSpace, SearchResult, simulate_batch, worst_case
-from kneecore.search.cli import main
-from kneecore.search.exact_knee import exact_worst_case
+from kneecore.cli.search import main
+from kneecore.search.exact_model import exact_worst_case
 
 SMALL = ParameterSpace(case="material")
 

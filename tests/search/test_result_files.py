@@ -10,7 +10,7 @@ import pytest
 
 from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, worst_case
 from kneecore._assets import asset_path
-from kneecore.search import output
+from kneecore.files import folder as output
 
 SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
 

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 import kneecore
 from kneecore import Cancelled, ParameterError, ParameterSpace, SearchResult, redo_paper
-from kneecore.study.paper.blocks import Heading, Paragraph, Table, to_html, to_markdown
-from kneecore.study.paper.claims import packaged_paper
-from kneecore.study.paper.cli import main
-from kneecore.study.paper.content import TIMES
-from kneecore.study.paper.measures import MEASURES
-from kneecore.study.paper.verdict import OUTCOMES, judge
+from kneecore.cli.paper import main
+from kneecore.paper.claims import packaged_paper
+from kneecore.paper.measures import MEASURES
+from kneecore.paper.verdict import OUTCOMES, judge
+from kneecore.report.blocks import Heading, Paragraph, Table, to_html, to_markdown
+from kneecore.report.paper import TIMES
 
 CLAIMS = packaged_paper().claims
 BY_ID = {claim.id: claim for claim in CLAIMS}

@@ -7,11 +7,11 @@ import pytest
 
 import kneecore
 from kneecore import ParameterSpace
-from kneecore.study.paper.claims import packaged_paper
-from kneecore.study.paper.experiments import PAPER_BUDGET
-from kneecore.study.paper.figure_2 import ATTACHMENTS, geometry_changes, ligament_lines
-from kneecore.study.paper.measures import MEASURES, ap_slopes
-from kneecore.study.paper.verdict import judge
+from kneecore.paper.claims import packaged_paper
+from kneecore.paper.experiments import PAPER_BUDGET
+from kneecore.paper.geometry_changes import ATTACHMENTS, geometry_changes, ligament_lines
+from kneecore.paper.measures import MEASURES, ap_slopes
+from kneecore.paper.verdict import judge
 
 BY_ID = {claim.id: claim for claim in packaged_paper().claims}
 

@@ -22,8 +22,8 @@ from kneecore import (
     worst_case,
     worst_case_slopes,
 )
+from kneecore.cli.uncertainty import main
 from kneecore.numerics.sampling import uniform
-from kneecore.study.cli import main
 
 
 @pytest.fixture(scope="module")

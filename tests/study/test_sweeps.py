@@ -18,10 +18,10 @@ from kneecore import (
     training_sweep,
     worst_case,
 )
+from kneecore.cli.sweep import main
 from kneecore.numerics.sampling import uniform
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.study.bound_sweep import with_geometry_bound
-from kneecore.study.sweep_cli import main
 from kneecore.study.training_sweep import ranking
 
 REST = {"solver": "equilibrium"}

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from viz.wire_client import WireClient
 
-from kneeviz.app import App
-from kneeviz.session import Session
+from kneeviz.server.app import App
+from kneeviz.server.session import Session
 
 
 def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:

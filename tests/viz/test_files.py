@@ -8,7 +8,7 @@ import kneecore
 from kneecore import FileFormatError, Knee
 from kneecore._assets import asset_path
 from kneecore.search.result import SearchResult
-from kneeviz import files
+from kneeviz.actions import downloads as files
 
 KNEE = asset_path("baseline.toml").read_bytes()
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kneeviz import geometry
+from kneeviz.geometry import bones as geometry
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 

@@ -7,7 +7,9 @@ import pytest
 
 import kneecore
 from kneecore import MOMENT, ParameterSpace
-from kneeviz import influence_chart, markup, theme
+from kneeviz.views import theme
+from kneeviz.views.html import influence as influence_chart
+from kneeviz.views.html import pieces as markup
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,12 @@ import pytest
 import kneecore
 from kneecore import NAMES, ParameterSpace
 from kneecore.study.landscape import DEFICIT
-from kneeviz import landscape, study_markup, theme
-from kneeviz.landscape import CENTRE, HEIGHT, SIDE, Box, Mark
-from kneeviz.landscape_show import LandscapeShow
-from kneeviz.state import KneeState
+from kneeviz.geometry import surfaces as landscape
+from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box, Mark
+from kneeviz.state.knee import KneeState
+from kneeviz.state.landscape import LandscapeShow
+from kneeviz.views import theme
+from kneeviz.views.html import study as study_markup
 
 FIRST, SECOND = "condyle_x", "acl_femur_x"
 AT = NAMES.index(FIRST), NAMES.index(SECOND)

@@ -2,8 +2,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from kneeviz import controls, do_lesson, lesson
-from kneeviz.state import PRESETS
+from kneeviz.actions import lesson as do_lesson
+from kneeviz.state.knee import PRESETS
+from kneeviz.views.tabs import controls
+from kneeviz.views.tabs import learn as lesson
 
 
 def test_there_are_six_to_eight_steps_with_everything_a_step_needs():

@@ -11,10 +11,10 @@ from viz.wire_client import WireClient
 
 import kneecore
 from kneecore import MOMENT, NAMES, Cancelled, ModelError, ParameterSpace, monte_carlo, worst_case
-from kneeviz import live_job
-from kneeviz.app import App
-from kneeviz.live import N_SAMPLES, LiveSettings, find
-from kneeviz.state import Bounds, KneeState, with_bound
+from kneeviz.jobs import live_search as live_job
+from kneeviz.jobs.live_worst_case import N_SAMPLES, LiveSettings, find
+from kneeviz.server.app import App
+from kneeviz.state.knee import Bounds, KneeState, with_bound
 
 ACL_Y = NAMES.index("acl_femur_y")
 

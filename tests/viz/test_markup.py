@@ -6,8 +6,9 @@ import pytest
 
 import kneecore
 from kneecore import NAMES, ParameterSpace
-from kneeviz import markup, theme
-from kneeviz.mechanism import Pose
+from kneeviz.geometry.mechanism import Pose
+from kneeviz.views import theme
+from kneeviz.views.html import pieces as markup
 
 EVIL = '<img src=x onerror="alert(1)">'
 

@@ -5,8 +5,9 @@ from hypothesis import strategies as st
 
 import kneecore
 from kneecore import MOMENT, NAMES
-from kneeviz import mechanism, theme
-from kneeviz.mechanism import Pose
+from kneeviz.geometry import mechanism
+from kneeviz.geometry.mechanism import Pose
+from kneeviz.views import theme
 
 X = kneecore.packaged_knee().baseline
 

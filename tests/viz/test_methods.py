@@ -8,8 +8,10 @@ from viz.conftest import eventually
 from viz.test_over_the_wire import press, widget
 
 from kneecore import ParameterSpace
-from kneecore.search.methods import MethodTrace, compare_methods
-from kneeviz import do_methods, methods_chart, theme
+from kneecore.search.compare import MethodTrace, compare_methods
+from kneeviz.actions import methods as do_methods
+from kneeviz.views import theme
+from kneeviz.views.html import methods as methods_chart
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +90,7 @@ def test_the_button_compares_and_greys_with_the_bounds(session, visitor, found):
 
 def test_a_comparison_is_cancelled(session, visitor, monkeypatch):
     def endless(*_, callback, **__):
-        from kneecore.search.progress import Progress
+        from kneecore.progress import Progress
 
         while not callback(Progress(stage="search", done=1, total=4)):
             pass

@@ -3,9 +3,9 @@ import pytest
 
 import kneecore
 from kneecore import MOMENT, ParameterSpace
-from kneecore.model.forces import THETA_0
-from kneeviz import mechanism
-from kneeviz.motion import pose_in_time, sweep_of
+from kneecore.knee.physics.forces import THETA_0
+from kneeviz.geometry import mechanism
+from kneeviz.geometry.sweep import pose_in_time, sweep_of
 
 X = ParameterSpace().from_unit(np.random.default_rng(3).random(28))
 

@@ -13,9 +13,10 @@ from viz.wire_client import WireClient
 import kneecore
 from kneecore import NAMES
 from kneecore._assets import asset_path
-from kneeviz import controls, wire
-from kneeviz.app import App
-from kneeviz.playback import SWEEP_SECONDS
+from kneeviz import viser_internals as wire
+from kneeviz.server.app import App
+from kneeviz.state.playback import SWEEP_SECONDS
+from kneeviz.views.tabs import controls
 
 ACL_Y = NAMES.index("acl_femur_y")
 KNEE = asset_path("baseline.toml").read_bytes()
@@ -505,7 +506,7 @@ class TestFiles:
 
 
 def test_the_lesson_runs_from_its_first_to_its_last_step(session, visitor):
-    from kneeviz.lesson import STEPS
+    from kneeviz.views.tabs.learn import STEPS
 
     learn = session.view.learn
     press(visitor, learn.press)

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from kneeviz.playback import RETURN_SECONDS, RUN_RATE, RUN_SECONDS, SWEEP_SECONDS, Playback
+from kneeviz.state.playback import RETURN_SECONDS, RUN_RATE, RUN_SECONDS, SWEEP_SECONDS, Playback
 
 
 def run(playback, seconds, rate=30.0, start=100.0):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kneecore
-from kneeviz import theme
-from kneeviz.motion import sweep_of
-from kneeviz.plots import Band, CurveChart, Markers, Shown
+from kneeviz.geometry.sweep import sweep_of
+from kneeviz.views import theme
+from kneeviz.views.charts.curves import Band, CurveChart, Markers, Shown
 
 X = kneecore.packaged_knee().baseline
 NO_POSES = Markers(poses=(None, None, None))

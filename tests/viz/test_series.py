@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 import kneecore
 from kneecore import MOMENT
-from kneeviz import series
-from kneeviz.motion import sweep_of
+from kneeviz.geometry.sweep import sweep_of
+from kneeviz.views.charts import series
 
 X = kneecore.packaged_knee().baseline
 

@@ -5,10 +5,10 @@ import pytest
 
 import kneecore
 from kneecore import NAMES, ParameterError, packaged_knee, parameter_table
-from kneecore.knee_file import parse_knee
-from kneecore.parameters import widened
-from kneeviz import state as st
-from kneeviz.state import Bounds, KneeState
+from kneecore.knee.file import parse_knee
+from kneecore.knee.parameters import widened
+from kneeviz.state import knee as st
+from kneeviz.state.knee import Bounds, KneeState
 
 ACL_X = NAMES.index("acl_femur_x")
 NU = NAMES.index("poissons_ratio")

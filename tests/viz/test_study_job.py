@@ -3,7 +3,7 @@
 import threading
 
 from kneecore import Cancelled, ModelError, Progress
-from kneeviz.study_job import StudyJob
+from kneeviz.jobs.job import StudyJob
 
 
 def run(work, *, cancel=False):

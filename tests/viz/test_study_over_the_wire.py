@@ -13,8 +13,12 @@ from viz.wire_client import CAMERA, WireClient
 
 import kneecore
 from kneecore import NAMES
-from kneeviz import controls, landscape, landscape_scene, study_tab, wire
-from kneeviz.study_markup import HEIGHTS, LOADS, with_unit
+from kneeviz import viser_internals as wire
+from kneeviz.geometry import surfaces as landscape
+from kneeviz.views.html.study import HEIGHTS, LOADS, with_unit
+from kneeviz.views.scene import landscape as landscape_scene
+from kneeviz.views.tabs import controls
+from kneeviz.views.tabs import study as study_tab
 
 SHEETS = ("/landscape/model", "/landscape/surrogate")
 
@@ -245,7 +249,7 @@ class TestLandscape:
         return shown.low + share * (shown.high - shown.low)
 
     def picture(self, session):
-        from kneeviz.do_landscape import _picture
+        from kneeviz.actions.landscape import _picture
 
         return _picture(session)
 

@@ -7,7 +7,7 @@ import pytest
 import viser
 from viser import _messages
 
-from kneeviz import wire
+from kneeviz import viser_internals as wire
 
 
 @pytest.fixture(scope="module")

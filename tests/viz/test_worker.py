@@ -3,7 +3,7 @@ import time
 
 import pytest
 
-from kneeviz.worker import Mailbox, Worker
+from kneeviz.jobs.worker import Mailbox, Worker
 
 
 def test_a_later_request_replaces_an_earlier_one_and_goes_last():

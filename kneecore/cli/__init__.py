@@ -1,0 +1,1 @@
+"""Command lines: options, progress, exit codes. Nothing below imports them."""

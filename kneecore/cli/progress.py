@@ -1,0 +1,83 @@
+"""Progress on stderr: a bar on a terminal, a line a stage elsewhere."""
+
+import sys
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+
+from kneecore.progress import Progress
+
+_TOLD = {
+    "compile": "loading the kernels (the first run compiles)",
+    "sampling": "sampling the true model",
+    "fit": "fitting the surrogate",
+    "search": "searching",
+    "repair": "repairing the surrogate",
+    "verify": "computing the best pair again",
+}
+
+
+class ProgressDisplay:
+    """Shows the reports it is called with, and never cancels.
+
+    Parameters
+    ----------
+    quiet : bool
+        Whether to show nothing.
+    """
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._told: set[str] = set()
+        self._quiet = quiet
+        self._bar: Bar | None = None
+        console = Console(stderr=True)
+        if console.is_terminal and not quiet:
+            self._bar = Bar(
+                TextColumn("{task.description}"),
+                BarColumn(bar_width=20),
+                TextColumn("{task.fields[best]}"),
+                TimeElapsedColumn(),
+                console=console,
+                transient=True,
+            )
+            self._task = self._bar.add_task("starting", total=None, best="")
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Take the bar away and give the cursor back."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, report: Progress) -> bool:
+        """Show a report; a stage without words of its own is its own description."""
+        told = _TOLD.get(report.stage, report.stage)
+        if self._bar is not None:
+            best = "" if report.best is None else f"f {report.best:.2f} deg"
+            # A stage of unknown length pulses.
+            total = report.total if report.total > 1 else None
+            self._bar.update(
+                self._task,
+                description=told,
+                completed=report.done,
+                total=total,
+                best=best,
+            )
+        elif not self._quiet and report.stage not in self._told:
+            self._told.add(report.stage)
+            print(f"{told} ...", file=sys.stderr, flush=True)
+        return False

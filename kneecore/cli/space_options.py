@@ -1,0 +1,71 @@
+"""The options that choose a space of knees: the same on every command line."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+if TYPE_CHECKING:
+    from kneecore.knee.space import ParameterSpace
+
+Millimetres = Annotated[float | None, tyro.conf.arg(metavar="MM")]
+Degrees = Annotated[float | None, tyro.conf.arg(metavar="DEG")]
+Percent = Annotated[float | None, tyro.conf.arg(metavar="PERCENT")]
+File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
+Folder = Annotated[str | None, tyro.conf.arg(metavar="DIR")]
+Count = Annotated[int | None, tyro.conf.arg(metavar="N")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpaceOptions:
+    """Which knees are possible."""
+
+    case: Literal["both", "geometry", "material"] = "both"
+    """Which parameters vary: all 28, the 22 geometric or the 6 of the material."""
+    geometry_bound_mm: Millimetres = None
+    """Half-range of every length and coordinate, mm. Unset: the baseline's, 1 mm."""
+    slope_bound_deg: Degrees = None
+    """Half-range of the plateau's slope, deg. Unset: the baseline's, 1 deg."""
+    material_bound_percent: Percent = None
+    """Half-range of the material parameters, per cent. Unset: the baseline's, 10 %."""
+    rest_length_bound_mm: Millimetres = None
+    """Half-range of the ligaments' rest lengths, mm: four more uncertain parameters, in every case.
+    Unset: the knee file's, and none in the packaged baseline."""
+    rest_length_bound_percent: Percent = None
+    """The same in per cent of the baseline's rest lengths; give one of the two."""
+    baseline: File = None
+    """A knee file (TOML) of your own: values, units, half-ranges, sources."""
+    around: Literal["baseline", "current"] = "baseline"
+    """The knee in the middle of the bounds: the file's baseline, or its current knee."""
+    rest_length: Literal["recomputed", "fixed"] = "recomputed"
+    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
+    seed: int = 0
+    """The same seed gives the same result, on any number of threads."""
+    threads: Count = None
+    """Threads for the true model. Unset: all cores."""
+
+    def knees(self) -> "ParameterSpace":
+        """Return the space; raises what `ParameterSpace` and `ParameterSpace.from_file` raise."""
+        from kneecore.errors import ParameterError
+        from kneecore.knee.space import ParameterSpace
+
+        bounds = {
+            name: value
+            for name in (
+                "geometry_bound_mm",
+                "slope_bound_deg",
+                "material_bound_percent",
+                "rest_length_bound_mm",
+                "rest_length_bound_percent",
+            )
+            if (value := getattr(self, name)) is not None
+        }
+        if self.baseline is not None:
+            return ParameterSpace.from_file(
+                self.baseline, case=self.case, around=self.around, **bounds
+            )
+        if self.around != "baseline":
+            raise ParameterError(
+                f"`around` is {self.around!r}; it needs a `baseline` file with a current knee"
+            )
+        return ParameterSpace(case=self.case, **bounds)

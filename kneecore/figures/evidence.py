@@ -1,0 +1,92 @@
+"""Figures of how good a result is: the repair of a surrogate, and all methods' ways to theirs."""
+
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from kneecore.figures.search import STYLE
+from kneecore.search.rival import METHOD_NAMES
+
+if TYPE_CHECKING:
+    from kneecore.search.repair_history import Repair
+    from kneecore.search.result import SearchResult
+
+
+def repair_figure(repair: "Repair") -> Figure:
+    """Return how f by the surrogate and by the true model came together."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(6.0, 5.0), layout="constrained")
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        n_models = [r.n_models for r in repair.rounds]
+        for values, colour, marker, label in (
+            ([r.objective_surrogate for r in repair.rounds], "#CC79A7", "s", "surrogate"),
+            ([r.objective_model for r in repair.rounds], "#009E73", "o", "true model"),
+        ):
+            above.plot(
+                n_models,
+                [np.nan if v is None else v for v in values],
+                color=colour,
+                marker=marker,
+                markersize=4,
+                linewidth=1.4,
+                label=label,
+            )
+        above.set_ylabel("f of the surrogate's optimum, deg")
+        above.set_title("Repair of the surrogate")
+        above.legend(loc="upper right")
+        gaps = [np.nan if r.gap_percent is None else abs(r.gap_percent) for r in repair.rounds]
+        below.semilogy(n_models, gaps, color="0.3", marker="o", markersize=4, linewidth=1.4)
+        below.axhline(repair.goal_percent, color="#D55E00", linewidth=1.0, linestyle="--")
+        below.annotate(
+            f"goal: {repair.goal_percent:g} %",
+            (1.0, repair.goal_percent),
+            xycoords=("axes fraction", "data"),
+            xytext=(-4, 4),
+            textcoords="offset points",
+            ha="right",
+            color="#D55E00",
+            fontsize=8,
+        )
+        below.set_ylabel("|gap|, %")
+        below.set_xlabel("models added to the training samples")
+        return figure
+
+
+_METHODS = {  # colour and the mark at a line's end
+    "ga_surrogate": ("#CC79A7", "s"),
+    "repair": ("#009E73", "o"),
+    "exact": ("#0072B2", "^"),
+    "ga": ("#8c8c8c", "D"),
+}
+
+
+def convergence_figure(result: "SearchResult") -> Figure:
+    """Return each method's best f in the true model against the true models that it ran."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 4.4), layout="constrained")
+        axes = figure.add_subplot()
+        for rival in result.rivals:
+            if not rival.objective:
+                continue
+            colour, marker = _METHODS[rival.method]
+            axes.step(rival.n_models, rival.objective, where="post", color=colour, linewidth=1.5)
+            axes.plot(
+                rival.n_models[-1],
+                rival.objective[-1],
+                color=colour,
+                marker=marker,
+                markersize=6,
+                linestyle="none",
+                label=METHOD_NAMES[rival.method],
+            )
+        best = result.best_of_all
+        if best is not None:
+            axes.axhline(best, color="0.5", linewidth=0.8, linestyle=":")
+        axes.set_xscale("log")
+        axes.set_xlabel("true models run (log scale)")
+        axes.set_ylabel("best f in the true model, deg")
+        axes.set_title("How the methods come to their worst case")
+        figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+        return figure

@@ -1,0 +1,41 @@
+"""The report's figures: the paper's four, its supplement's two cases, the band, and influence."""
+
+from collections.abc import Mapping
+
+from matplotlib.figure import Figure
+
+from kneecore.figures.search import draw_figures
+from kneecore.figures.study import band_figure, bars_figure
+from kneecore.paper.experiments import Experiments
+
+__all__ = ["CAPTIONS", "INFLUENCE_FIGURE", "paper_figures"]
+
+INFLUENCE_FIGURE = "figure_influence"
+CAPTIONS: Mapping[str, str] = {
+    "figure_1_moment_angle": "Figure 1. External moment against knee angle: the training knees of "
+    "the surrogate, the baseline and the two worst cases, all by the true model.",
+    "figure_1_band": "Figure 1, beside sampling. The worst cases in front of the band that holds "
+    "99.7 % of the sampled knees, and mean ± 3 sd as in the paper.",
+    "figure_2_geometry": "Figure 2. The baseline and the two worst cases in the load-free pose.",
+    "figure_3_ligament_forces": "Figure 3. Ligament tensions against knee angle.",
+    "figure_4_ap_displacement": "Figure 4. Contact position on the plateau against knee angle.",
+    "figure_s1_geometry_only": "Supplement. Moment against angle where only the geometry varies.",
+    "figure_s2_material_only": "Supplement. Moment against angle where only the material varies.",
+    INFLUENCE_FIGURE: "Total Sobol' indices at the largest moments, with 95 % intervals.",
+}
+"""File names without an ending, in the report's order, and what the figures show."""
+
+
+def paper_figures(done: Experiments) -> dict[str, Figure]:
+    """Return the figures by the names of `CAPTIONS`."""
+    drawn = draw_figures(done.main)
+    drawn["figure_1_band"] = band_figure(done.sampling, done.main)
+    drawn[INFLUENCE_FIGURE] = bars_figure(done.influence)
+    for name, case in (
+        ("figure_s1_geometry_only", "geometry"),
+        ("figure_s2_material_only", "material"),
+    ):
+        figure = draw_figures(done.cases[case])["figure_1_moment_angle"]
+        figure.axes[0].set_title(f"Moment against angle, {case} only")
+        drawn[name] = figure
+    return {name: drawn[name] for name in CAPTIONS}

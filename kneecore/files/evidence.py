@@ -1,0 +1,143 @@
+"""What a search says about how good its result is, as JSON tables and back."""
+
+from typing import Any
+
+from kneecore.errors import FileFormatError
+from kneecore.numbers import DIGITS, plain
+from kneecore.search.repair_history import Repair, RepairRound
+from kneecore.search.result import SearchResult
+from kneecore.search.rival import METHOD_NAMES, Rival
+from kneecore.search.sign_climb import Evidence
+
+
+def optional(value: float | None) -> float | None:
+    """Return a number as files hold it."""
+    return None if value is None else round(value, DIGITS)
+
+
+def number_or_none(table: dict[str, Any], key: str) -> float | None:
+    """Return a number of a table, or None."""
+    value = table[key]
+    if value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
+        return None if value is None else float(value)
+    raise FileFormatError(f"`{key}` is {value!r}; a number or null is allowed")
+
+
+def evidence_table(evidence: Evidence | None) -> dict[str, Any] | None:
+    """Return an exact search's evidence as a table."""
+    if evidence is None:
+        return None
+    return {
+        "climbs": evidence.n_climbs,
+        "share_reached": plain(evidence.share_reached),
+        "second_best": optional(evidence.second_best),
+        "objective_at_rest": optional(evidence.objective_at_rest),
+        "objective_before_climb": optional(evidence.objective_before_climb),
+        "patterns": [{"signs": list(s), "objective": plain(f)} for s, f in evidence.patterns],
+        "models_with_gradient": evidence.n_evaluations,
+        "models_lost": evidence.n_lost,
+        "models_in_motion": evidence.n_in_motion,
+    }
+
+
+def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
+    """Return the evidence that `evidence_table` has told."""
+    if table is None:
+        return None
+    return Evidence(
+        n_climbs=int(table["climbs"]),
+        share_reached=float(table["share_reached"]),
+        second_best=number_or_none(table, "second_best"),
+        objective_at_rest=number_or_none(table, "objective_at_rest"),
+        objective_before_climb=number_or_none(table, "objective_before_climb"),
+        patterns=tuple(
+            (tuple(int(s) for s in p["signs"]), float(p["objective"])) for p in table["patterns"]
+        ),
+        n_evaluations=int(table["models_with_gradient"]),
+        n_lost=int(table["models_lost"]),
+        n_in_motion=int(table["models_in_motion"]),
+    )
+
+
+def repair_table(repair: Repair | None) -> dict[str, Any] | None:
+    """Return the history of a repair as a table."""
+    if repair is None:
+        return None
+    return {
+        "goal_percent": repair.goal_percent,
+        "max_models": repair.max_models,
+        "models_added": repair.n_models,
+        "models_failed": repair.n_failed,
+        "reached": repair.reached,
+        "rounds": [
+            {
+                "models_added": r.n_models,
+                "objective_surrogate": optional(r.objective_surrogate),
+                "objective_model": optional(r.objective_model),
+                "gap_percent": optional(r.gap_percent),
+            }
+            for r in repair.rounds
+        ],
+    }
+
+
+def read_repair(table: dict[str, Any] | None) -> Repair | None:
+    """Return the repair that `repair_table` has told."""
+    if table is None:
+        return None
+    return Repair(
+        goal_percent=float(table["goal_percent"]),
+        max_models=int(table["max_models"]),
+        n_models=int(table["models_added"]),
+        n_failed=int(table["models_failed"]),
+        rounds=tuple(
+            RepairRound(
+                n_models=int(r["models_added"]),
+                objective_surrogate=float(r["objective_surrogate"]),
+                objective_model=number_or_none(r, "objective_model"),
+                gap_percent=number_or_none(r, "gap_percent"),
+            )
+            for r in table["rounds"]
+        ),
+    )
+
+
+def comparison_table(result: SearchResult) -> dict[str, Any] | None:
+    """Return what all methods find, each with its shortfall from the best of all, or None."""
+    best = result.best_of_all
+    if not result.rivals or best is None:
+        return None
+    return {
+        "best": optional(best),
+        "methods": {
+            rival.method: {
+                "description": METHOD_NAMES[rival.method],
+                "promised": optional(rival.promised),
+                "objective_model": optional(rival.objective[-1] if rival.objective else None),
+                "shortfall_percent": optional(rival.shortfall_percent(best)),
+                "models": plain(rival.n_models),
+                "best_by_then": plain(rival.objective),
+            }
+            for rival in result.rivals
+        },
+    }
+
+
+def read_rivals(table: dict[str, Any] | None) -> tuple[Rival, ...]:
+    """Return what `comparison_table` has told of the methods."""
+    if table is None:
+        return ()
+    for name in table["methods"]:
+        if name not in METHOD_NAMES:
+            raise FileFormatError(
+                f"`comparison` names the method {name!r}; {', '.join(METHOD_NAMES)} are allowed"
+            )
+    return tuple(
+        Rival(
+            method=name,
+            promised=number_or_none(method, "promised"),
+            n_models=tuple(float(n) for n in method["models"]),
+            objective=tuple(float(f) for f in method["best_by_then"]),
+        )
+        for name, method in table["methods"].items()
+    )

@@ -1,0 +1,1 @@
+"""The knee's mechanics as compiled kernels on flat rows of constants."""

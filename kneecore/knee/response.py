@@ -1,0 +1,291 @@
+"""The response of a knee to the load programme: one model, or many at once.
+
+Examples
+--------
+>>> import numpy as np
+>>> from kneecore import ParameterSpace, simulate
+>>> knee = simulate(ParameterSpace().baseline)
+>>> knee.status
+'ok'
+>>> np.round(np.degrees(knee.flexion[5]), 2)  # at 5 N m of extension: over-extended
+np.float64(-3.72)
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kneecore.errors import ParameterError
+from kneecore.knee.file import packaged_knee
+from kneecore.knee.parameters import check_physical
+from kneecore.knee.physics.dynamics import MOMENTS, flexion_of, respond
+from kneecore.knee.physics.equilibrium import settle
+from kneecore.knee.physics.observe import observe
+from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y, constants, rest_lengths
+
+__all__ = [
+    "MOMENT",
+    "Response",
+    "ResponseBatch",
+    "RestLength",
+    "Solver",
+    "simulate",
+    "simulate_batch",
+    "status_text",
+]
+
+RestLength = Literal["recomputed", "fixed"]
+Solver = Literal["dynamics", "equilibrium"]
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+MOMENT: FloatArray = np.array([*MOMENTS, *(-m for m in MOMENTS)])
+"""The 12 moments in the order of every response, N m: 6 of extension, then 6 of flexion."""
+MOMENT.setflags(write=False)
+
+
+def status_text(refinements: int) -> str:
+    """Return `ok`, `refined` or `failed` for a number of step halvings (-1: failed)."""
+    return "failed" if refinements < 0 else ("refined" if refinements else "ok")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Response:
+    """One knee at the end of each of the 12 loads. A failed model's numbers are NaN."""
+
+    flexion: FloatArray
+    """Flexion angle, shape (12,), rad; negative is over-extension."""
+    moment: FloatArray
+    """External moment, shape (12,), N m; extension positive."""
+    tension: FloatArray
+    """Ligament tensions, shape (12, 4), N: ACL, PCL, MCL, LCL."""
+    contact_force: FloatArray
+    """Shape (12,), N."""
+    indentation: FloatArray
+    """Of the condyle into the plateau, shape (12,), m."""
+    ap_position: FloatArray
+    """Of the contact along the plateau from its reference point, shape (12,), m; anterior > 0."""
+    tibia_position: FloatArray
+    """Origin of the tibia in the femur frame, shape (12, 2), m."""
+    settled: BoolArray
+    """Whether the angle changed by less than 0.2 deg in the load's last 0.5 s, shape (12,); true of
+    every equilibrium."""
+    refinements: int
+    """How often the time step was halved; -1 if the model failed all the same."""
+    rest_length: FloatArray
+    """Of the four ligaments, shape (4,), m."""
+    load_free_position: FloatArray
+    """Origin of the tibia in the load-free pose (54.79 deg), shape (2,), m."""
+    lost_at: float = math.nan
+    """Moment (N m, extension positive) at which no equilibrium was left to follow: this response is
+    then the dynamics'. NaN if all were found, or never asked for."""
+
+    @property
+    def status(self) -> str:
+        """`ok`, `refined` (a smaller time step was needed) or `failed`."""
+        return status_text(self.refinements)
+
+    @property
+    def n_unsettled(self) -> int:
+        """Number of loads at which the knee had not come to rest; 0 for a failed model."""
+        return 0 if self.refinements < 0 else int(np.count_nonzero(~self.settled))
+
+    def __repr__(self) -> str:
+        angles = ", ".join(f"{a:.2f}" for a in np.degrees(self.flexion))
+        return f"Response(status={self.status!r}, flexion in deg: {angles})"
+
+    def __str__(self) -> str:
+        from kneecore.report.tables import response_table  # rich is not needed to simulate
+
+        return response_table(self)
+
+    def _repr_html_(self) -> str:
+        from kneecore.report.tables import response_table
+
+        return response_table(self, html=True)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResponseBatch:
+    """The responses of n knees; the fields of `Response` with a leading axis n."""
+
+    flexion: FloatArray
+    """Shape (n, 12), rad."""
+    moment: FloatArray
+    """Shape (12,), N m."""
+    tension: FloatArray
+    """Shape (n, 12, 4), N."""
+    contact_force: FloatArray
+    """Shape (n, 12), N."""
+    indentation: FloatArray
+    """Shape (n, 12), m."""
+    ap_position: FloatArray
+    """Shape (n, 12), m."""
+    tibia_position: FloatArray
+    """Shape (n, 12, 2), m."""
+    settled: BoolArray
+    """Shape (n, 12)."""
+    refinements: NDArray[np.int8]
+    """Shape (n,); -1 for a failed model."""
+    rest_length: FloatArray
+    """Shape (n, 4), m."""
+    load_free_position: FloatArray
+    """Shape (n, 2), m."""
+    lost_at: FloatArray
+    """Shape (n,), N m; NaN where no equilibrium was lost."""
+
+    def __len__(self) -> int:
+        return len(self.refinements)
+
+    def __getitem__(self, index: int) -> Response:
+        return Response(
+            flexion=self.flexion[index],
+            moment=self.moment,
+            tension=self.tension[index],
+            contact_force=self.contact_force[index],
+            indentation=self.indentation[index],
+            ap_position=self.ap_position[index],
+            tibia_position=self.tibia_position[index],
+            settled=self.settled[index],
+            refinements=int(self.refinements[index]),
+            rest_length=self.rest_length[index],
+            load_free_position=self.load_free_position[index],
+            lost_at=float(self.lost_at[index]),
+        )
+
+    def __iter__(self) -> Iterator[Response]:
+        return (self[i] for i in range(len(self)))
+
+    @property
+    def status(self) -> tuple[str, ...]:
+        """`ok`, `refined` or `failed` for each model."""
+        return tuple(status_text(int(r)) for r in self.refinements)
+
+    @property
+    def failed(self) -> BoolArray:
+        """Which models failed, shape (n,)."""
+        return self.refinements < 0
+
+    @property
+    def n_failed(self) -> int:
+        """Number of models that failed."""
+        return int(np.count_nonzero(self.failed))
+
+    @property
+    def n_lost(self) -> int:
+        """Number of models that lost their equilibrium, failed ones included."""
+        return int(np.count_nonzero(~np.isnan(self.lost_at)))
+
+    @property
+    def n_unsettled(self) -> int:
+        """Number of models, failed ones apart, that had not come to rest at some load."""
+        return int(np.count_nonzero(~self.settled.all(axis=1) & ~self.failed))
+
+    def __repr__(self) -> str:
+        return (
+            f"ResponseBatch({len(self)} models: {self.n_failed} failed, "
+            f"{self.n_unsettled} with an unsettled load, {self.n_lost} without an equilibrium)"
+        )
+
+
+def check_solver(solver: Solver) -> Solver:
+    """Return `solver`, or raise a `ParameterError` if it is none."""
+    if solver not in get_args(Solver):
+        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
+    return solver
+
+
+def prepare(
+    models: ArrayLike, baseline: ArrayLike | None, rest_length: str, argument: str = "X"
+) -> FloatArray:
+    """Return the kernels' constants of checked `models`, shape (n, 36)."""
+    if rest_length not in get_args(RestLength):
+        raise ParameterError(
+            f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
+        )
+    checked = np.atleast_2d(check_physical(models, argument))
+    given = packaged_knee().baseline if baseline is None else baseline
+    fixes_pose = check_physical(given, "baseline")
+    if fixes_pose.ndim != 1:
+        raise ParameterError(f"`baseline` has shape {fixes_pose.shape}; (28,) is allowed")
+    return constants(checked, fixes_pose, rest_length == "fixed")
+
+
+def simulate_batch(
+    X: ArrayLike,
+    *,
+    baseline: ArrayLike | None = None,
+    rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
+    threads: int | None = None,
+) -> ResponseBatch:
+    """Simulate many knees through the load programme, both directions.
+
+    Parameters
+    ----------
+    X : array_like, shape (n, 28) or (n, 32)
+        Parameter values, SI, in the table's order; 32 with the changes of the rest lengths.
+    baseline : array_like, shape (28,), optional
+        The knee that fixes the load-free pose; the packaged baseline for None.
+    rest_length : {"recomputed", "fixed"}
+        Whether each model's ligaments are strain-free in its own load-free pose, or all models
+        have the baseline's rest lengths.
+    solver : {"dynamics", "equilibrium"}
+        Whether to integrate the motion over 23 s, as the paper does, or to solve for the knee at
+        rest under each load. A knee that has no equilibrium to follow gets the dynamics' response,
+        marked by `lost_at`.
+    threads : int, optional
+        Threads to use; all cores for None. The numbers do not depend on it.
+
+    Returns
+    -------
+    ResponseBatch
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
+    """
+    check_solver(solver)
+    rows = prepare(X, baseline, rest_length)
+    if solver == "equilibrium":
+        poses, settled, refinements, lost_at = settle(rows, threads)
+    else:
+        poses, settled, refinements = respond(rows, threads)
+        lost_at = np.full(len(rows), np.nan)
+    return ResponseBatch(
+        flexion=flexion_of(poses),
+        moment=MOMENT,
+        settled=settled,
+        refinements=refinements,
+        rest_length=rest_lengths(rows),
+        load_free_position=rows[:, [ORIGIN_X, ORIGIN_Y]],
+        lost_at=lost_at,
+        **observe(rows, poses),
+    )
+
+
+def simulate(
+    x: ArrayLike,
+    *,
+    baseline: ArrayLike | None = None,
+    rest_length: RestLength = "recomputed",
+    solver: Solver = "dynamics",
+) -> Response:
+    """Simulate one knee through the load programme; `simulate_batch` for one `x` of shape (28,).
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
+    """
+    checked = check_physical(x, "x")
+    if checked.ndim != 1:
+        raise ParameterError(f"`x` has shape {checked.shape}; (28,) or (32,) is allowed")
+    return simulate_batch(checked[None], baseline=baseline, rest_length=rest_length, solver=solver)[
+        0
+    ]

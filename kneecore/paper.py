@@ -1,6 +1,0 @@
-"""``python -m kneecore.paper``: the paper redone and judged claim by claim."""
-
-from kneecore.study.paper.cli import main
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,0 +1,97 @@
+"""The paper's Figure 2 in numbers: how each worst-case knee differs from the baseline."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore.knee.parameters import LIGAMENTS, NAMES
+from kneecore.knee.physics.forces import THETA_0
+from kneecore.search.result import SearchResult
+
+__all__ = ["ATTACHMENTS", "GeometryChange", "geometry_changes", "ligament_lines"]
+
+FloatArray = NDArray[np.float64]
+ATTACHMENTS = tuple(f"{ligament}_{bone}" for ligament in LIGAMENTS for bone in ("femur", "tibia"))
+"""The eight attachments, in the order of every array here."""
+_SLOPE = NAMES.index("plateau_slope")
+_STIFFNESS = [NAMES.index(f"{ligament}_stiffness") for ligament in LIGAMENTS]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GeometryChange:
+    """One knee less the baseline, both in the load-free pose, as the figure draws them."""
+
+    along_mm: FloatArray
+    """Shift of each attachment along the baseline's plateau, shape (8,), mm; anterior > 0."""
+    across_mm: FloatArray
+    """Across it, shape (8,), mm; proximal > 0."""
+    angle_deg: FloatArray
+    """Turn of each ligament's line, shape (4,), deg; counter-clockwise > 0."""
+    stiffness_percent: FloatArray
+    """Change of each stiffness, shape (4,), per cent of the baseline's."""
+
+
+def _turned(points: FloatArray) -> FloatArray:
+    """Turn tibia vectors, shape (..., 2), to where they point in the load-free pose."""
+    cos, sin = np.cos(-THETA_0), np.sin(-THETA_0)
+    turned: FloatArray = points @ np.array([[cos, sin], [-sin, cos]])
+    return turned
+
+
+def ligament_lines(x: FloatArray, tibia_origin: FloatArray) -> FloatArray:
+    """Return the ends of the ligaments in the load-free pose.
+
+    Parameters
+    ----------
+    x : ndarray, shape (28,)
+        The knee, SI.
+    tibia_origin : ndarray, shape (2,)
+        Its `load_free_position`, m.
+
+    Returns
+    -------
+    ndarray, shape (4, 2, 2)
+        Ligament, (femur, tibia), (x, y); femur frame, m.
+    """
+    ends = np.array(
+        [
+            [
+                [x[NAMES.index(f"{name}_{bone}_{axis}")] for axis in "xy"]
+                for bone in ("femur", "tibia")
+            ]
+            for name in LIGAMENTS
+        ]
+    )
+    ends[:, 1] = _turned(ends[:, 1]) + tibia_origin
+    return ends
+
+
+def geometry_changes(worst: SearchResult) -> tuple[GeometryChange, GeometryChange]:
+    """Return how the two worst-case knees differ from the baseline."""
+    baseline = worst.space.baseline
+    slope = baseline[_SLOPE]
+    along = _turned(np.array([np.cos(slope), np.sin(slope)]))
+    across = np.array([-along[1], along[0]])
+    before = ligament_lines(baseline, worst.baseline.load_free_position)
+    changes = []
+    for x, response in zip(worst.x, (worst.model_1, worst.model_2), strict=True):
+        after = ligament_lines(x, response.load_free_position)
+        shift = (after - before).reshape(8, 2)
+        turn = _direction(after) - _direction(before)
+        changes.append(
+            GeometryChange(
+                along_mm=1e3 * shift @ along,
+                across_mm=1e3 * shift @ across,
+                angle_deg=np.degrees((turn + np.pi) % (2.0 * np.pi) - np.pi),
+                stiffness_percent=100.0 * (x[_STIFFNESS] / baseline[_STIFFNESS] - 1.0),
+            )
+        )
+    return changes[0], changes[1]
+
+
+def _direction(lines: FloatArray) -> FloatArray:
+    """Return the angle of each line from tibia to femur, shape (4,), rad."""
+    vector = lines[:, 0] - lines[:, 1]
+    angle: FloatArray = np.arctan2(vector[:, 1], vector[:, 0])
+    return angle

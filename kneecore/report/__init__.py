@@ -1,0 +1,1 @@
+"""Words and tables for people, from results that are data."""

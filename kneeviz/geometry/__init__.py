@@ -1,0 +1,1 @@
+"""Points and meshes of knees and surfaces: pure functions."""

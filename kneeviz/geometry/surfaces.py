@@ -1,0 +1,260 @@
+"""The landscape's shapes: from a slice of the space to points in a box. Pure functions of numbers.
+
+The first parameter runs to the right, the second one into the depth, the angle upwards.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kneecore import KneeSurrogate, Landscape, ParameterSpace
+from kneecore.knee.parameters import display_values
+from kneecore.study.landscape import reading
+
+FloatArray = NDArray[np.float64]
+
+CENTRE = (-0.031, -0.014, 0.0)
+"""Middle of the box, m: where the knee stands otherwise."""
+SIDE, HEIGHT = 0.124, 0.115
+"""Edges of the box's floor and its height, m."""
+_LEAST_SPAN = 1.0  # deg; a flat sheet is no mountain of rounding errors
+_MESH_LINES = 9  # lines along each parameter that a sheet shows
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mark:
+    """One knee over the two parameters."""
+
+    place: tuple[float, float]
+    """Where it lies between the bounds of the two parameters, 0 to 1 inside."""
+    value: float
+    """Its reading, deg."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """What the landscape shows."""
+
+    names: tuple[str, str]
+    ends: tuple[tuple[float, float], tuple[float, float]]
+    """Bounds of the two parameters in their display units."""
+    model: FloatArray
+    """The true model's sheet, shape (n, n), deg; NaN where the model failed."""
+    surrogate: FloatArray | None
+    """The surrogate's sheet, shape (n, n), deg."""
+    training: FloatArray
+    """The surrogate's training knees, shape (k, 3): place and reading."""
+    own: Mark
+    """The visitor's knee in the true model."""
+    predicted: Mark | None
+    """The same in the surrogate."""
+    worst: tuple[Mark | None, Mark | None]
+    """The two worst cases in the true model."""
+
+
+def _marked(
+    place: FloatArray, angles_deg: ArrayLike | None, columns: Sequence[int], name: str
+) -> Mark | None:
+    if angles_deg is None:
+        return None
+    value = float(reading(angles_deg, name))
+    first, second = (float(place[i]) for i in columns)
+    return Mark(place=(first, second), value=value) if np.isfinite(value) else None
+
+
+def _training(
+    surrogate: KneeSurrogate | None, space: ParameterSpace, columns: Sequence[int], name: str
+) -> FloatArray:
+    if surrogate is None:
+        return np.zeros((0, 3))
+    places = space.to_unit(surrogate.training_x)[:, list(columns)]
+    values = reading(np.degrees(surrogate.training_flexion), name)
+    points = np.column_stack([places, values])
+    return points[np.isfinite(values)]
+
+
+def picture(
+    found: Landscape,
+    name: str,
+    *,
+    own_deg: ArrayLike,
+    predicted_deg: ArrayLike | None,
+    surrogate: KneeSurrogate | None,
+    worst: Sequence[tuple[FloatArray, ArrayLike]] = (),
+) -> Picture:
+    """Return what a slice shows for one reading.
+
+    Parameters
+    ----------
+    found : Landscape
+    name : str
+        One of kneecore's `READINGS`.
+    own_deg, predicted_deg : array_like, shape (12,)
+        Angles of the slice's knee in the true model and in the surrogate, deg.
+    surrogate : KneeSurrogate or None
+        Its training knees are shown.
+    worst : sequence of (x, angles in deg)
+        The two worst cases, or nothing.
+    """
+    space = found.space
+    columns = [space.names.index(n) for n in found.names]
+    place = space.to_unit(found.x[: len(space.names)])  # rest lengths may be changed, but held
+    own = _marked(place, own_deg, columns, name)
+    assert own is not None  # the knee on screen is one that did not fail
+    marks = [_marked(space.to_unit(x), angles, columns, name) for x, angles in worst]
+    one, two = marks if len(marks) == 2 else (None, None)
+    return Picture(
+        names=found.names,
+        ends=_ends(found),
+        model=found.reading(name),
+        surrogate=found.surrogate_reading(name),
+        training=_training(surrogate, space, columns, name),
+        own=own,
+        predicted=_marked(place, predicted_deg, columns, name),
+        worst=(one, two),
+    )
+
+
+def _ends(found: Landscape) -> tuple[tuple[float, float], tuple[float, float]]:
+    lower, upper = display_values(found.space.lower), display_values(found.space.upper)
+    first, second = (found.space.names.index(name) for name in found.names)
+    return (lower[first], upper[first]), (lower[second], upper[second])
+
+
+def nice_step(span: float, count: int) -> float:
+    """Return a step of 1, 2 or 5 times a power of ten that cuts `span` into about `count`."""
+    rough = span / count
+    power = 10.0 ** np.floor(np.log10(rough))
+    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(k * power - rough)))
+
+
+_SLACK = 1e-6  # of a bound: rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box:
+    """The box around the landscape: its upright axis goes from `low` to `high` (deg)."""
+
+    low: float
+    high: float
+    step: float
+    """Between two numbers on the upright axis, deg."""
+
+    @property
+    def ticks(self) -> list[float]:
+        """Numbers on the upright axis, deg."""
+        count = round((self.high - self.low) / self.step)
+        return [self.low + k * self.step for k in range(count + 1)]
+
+    def holds(self, value: ArrayLike) -> NDArray[np.bool_]:
+        """Tell which values lie within the box's height."""
+        return (np.asarray(value) >= self.low) & (np.asarray(value) <= self.high)
+
+    def has(self, mark: Mark) -> bool:
+        """Tell whether a mark lies within the box."""
+        beside = any(not -_SLACK <= p <= 1.0 + _SLACK for p in mark.place)
+        return not beside and bool(self.holds(mark.value))
+
+    def place(self, first: ArrayLike, second: ArrayLike, value: ArrayLike) -> FloatArray:
+        """Return points of the scene, shape (..., 3), m.
+
+        Parameters
+        ----------
+        first, second : array_like
+            Places between the bounds of the two parameters, 0 to 1.
+        value : array_like
+            deg
+        """
+        along = CENTRE[0] + SIDE * (np.asarray(first) - 0.5)
+        share = (np.asarray(value) - self.low) / (self.high - self.low)
+        up = CENTRE[1] + HEIGHT * (share - 0.5)
+        deep = CENTRE[2] - SIDE * (np.asarray(second) - 0.5)
+        return np.stack(np.broadcast_arrays(along, up, deep), axis=-1)
+
+
+def box_around(shown: Picture, *, zoom: bool) -> Box:
+    """Return the box that holds all knees, or (`zoom`) the sheets and the visitor's knee only.
+
+    At its ends are whole steps.
+    """
+    marks = [shown.own, shown.predicted, *(() if zoom else shown.worst)]
+    values = [shown.model.ravel(), np.array([m.value for m in marks if m is not None])]
+    if shown.surrogate is not None:
+        values.append(shown.surrogate.ravel())
+    if not zoom:
+        values.append(shown.training[:, 2])
+    every = np.concatenate(values)
+    low, high = float(np.nanmin(every)), float(np.nanmax(every))
+    spare = max(_LEAST_SPAN - (high - low), 0.0)
+    low, high = low - 0.5 * spare, high + 0.5 * spare
+    step = nice_step(high - low, 5)
+    low, high = step * np.floor(low / step + 1e-9), step * np.ceil(high / step - 1e-9)
+    return Box(low=float(low), high=float(high), step=step)
+
+
+def _grid(n: int) -> tuple[FloatArray, FloatArray]:
+    places = np.linspace(0.0, 1.0, n)
+    return places[:, None] + np.zeros(n), places[None, :] + np.zeros((n, 1))
+
+
+def sheet(box: Box, values: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
+    """Return a sheet's vertices, shape (n * n, 3), m, and its triangles, shape (t, 3).
+
+    Around a missing value there is a hole.
+    """
+    n = len(values)
+    known = np.isfinite(values)
+    vertices = box.place(*_grid(n), np.where(known, values, box.low)).reshape(-1, 3)
+    corner = np.arange(n * n).reshape(n, n)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+    return vertices, faces[known.ravel()[faces].all(axis=1)].astype(np.uint32)
+
+
+def mesh_lines(box: Box, values: FloatArray) -> FloatArray:
+    """Return a sheet's lines along both parameters as segments, shape (k, 2, 3), m."""
+    points = box.place(*_grid(len(values)), values)
+    chosen = np.unique(np.linspace(0, len(values) - 1, _MESH_LINES).round().astype(int))
+    along = np.stack([points[:-1, chosen], points[1:, chosen]], axis=2)
+    deep = np.stack([points[chosen, :-1], points[chosen, 1:]], axis=2)
+    segments = np.concatenate([along.reshape(-1, 2, 3), deep.reshape(-1, 2, 3)])
+    known: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
+    return known
+
+
+def frame_lines(box: Box) -> FloatArray:
+    """Return the box's floor, its two back walls and their level lines, shape (k, 2, 3), m."""
+    lo, hi = box.low, box.high
+    edges = [
+        ((0, 0, lo), (1, 0, lo)),
+        ((1, 0, lo), (1, 1, lo)),
+        ((0, 0, lo), (0, 1, lo)),
+        ((0, 0, lo), (0, 0, hi)),
+        ((0, 1, lo), (0, 1, hi)),
+        ((1, 1, lo), (1, 1, hi)),
+    ]
+    for level in box.ticks:
+        edges += [((0, 0, level), (0, 1, level)), ((0, 1, level), (1, 1, level))]
+    ends = np.array(edges, dtype=np.float64)
+    return box.place(ends[..., 0], ends[..., 1], ends[..., 2])
+
+
+def stem(box: Box, mark: Mark) -> FloatArray:
+    """Return the line from a mark down to the floor, shape (1, 2, 3), m."""
+    return box.place(*mark.place, np.array([box.low, mark.value]))[None]
+
+
+def spot(box: Box, mark: Mark) -> tuple[float, float, float]:
+    """Return where a mark stands, m."""
+    x, y, z = box.place(*mark.place, mark.value)
+    return float(x), float(y), float(z)
+
+
+def beads(points: FloatArray, ball: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Return one mesh of a small ball (vertices, faces) at each of `points`, shape (k, 3)."""
+    vertices, faces = ball
+    placed = (points[:, None] + vertices[None]).reshape(-1, 3)
+    shifts = len(vertices) * np.arange(len(points))[:, None, None]
+    return placed, (faces[None] + shifts).reshape(-1, 3)

@@ -1,0 +1,1 @@
+"""Long work on threads of its own, and the worker that takes its news."""

@@ -1,0 +1,76 @@
+"""A thread that answers the latest of what a moving slider asks."""
+
+import logging
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+from kneecore import Cancelled, KneecoreError
+from kneeviz.jobs.live_worst_case import LiveSettings, find
+from kneeviz.jobs.worker import Actions, Worker
+
+_LOG = logging.getLogger(__name__)
+
+PATIENCE = 0.25
+"""s that a search may go on after a later request: quick ones end, so that a slider in motion has
+answers; slow ones give way to what the visitor wants now."""
+
+Post = Callable[[Hashable, Any], None]
+
+
+class LiveSearch:
+    """Posts "live_found" with (settings, answer or None, why) for the latest request.
+
+    Without an answer, `why` says what went wrong. A cancelled search posts nothing: a later one is
+    on its way.
+    """
+
+    def __init__(self, post: Post) -> None:
+        self._post = post
+        self._wanted: LiveSettings | None = None
+        self._worker = Worker(self._step, self._failed, name="live")
+        self._started = False
+
+    def ask(self, settings: LiveSettings) -> None:
+        """Ask for a worst case; a request that still waits is replaced."""
+        self._wanted = settings
+        if not self._started:
+            self._started = True
+            self._worker.start()
+        self._worker.mailbox.post("find", settings)
+
+    def is_latest(self, settings: LiveSettings) -> bool:
+        """Tell whether nothing was asked after `settings`."""
+        return settings is self._wanted
+
+    def forget(self) -> None:
+        """Want nothing any more; a search that takes long is cancelled."""
+        self._wanted = None
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._worker.stop()
+
+    def _step(self, actions: Actions) -> None:
+        settings: LiveSettings = actions[-1][1]
+        if settings is not self._wanted:
+            return
+        begun = time.monotonic()
+
+        def superseded() -> bool:
+            if self._worker.mailbox.closed:
+                return True
+            return self._wanted is not settings and time.monotonic() - begun > PATIENCE
+
+        answer, why = None, None
+        try:
+            answer = find(settings, superseded)
+        except Cancelled:
+            return
+        except KneecoreError as error:
+            why = str(error)
+        self._post("live_found", (settings, answer, why))
+
+    def _failed(self, error: Exception) -> None:
+        _LOG.error("the live search failed: %s", error)
+        self._post("live_found", (self._wanted, None, f"{type(error).__name__}: {error}"))

@@ -1,0 +1,85 @@
+"""The worst case that follows the visitor's hand: what is asked, and the answer. No widget.
+
+It is searched around the visitor's own knee, in the true model, among knees at rest: exactly what
+``worst_case(space, method="exact", solver="equilibrium")`` finds without a browser.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import kneecore
+from kneecore import Cancelled, ParameterSpace, SearchResult
+from kneecore.knee.model import Objective
+from kneeviz.views.charts.curves import Band
+
+N_SAMPLES = 2000
+"""Knees behind the band."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LiveSettings:
+    """What the visitor has set: one request."""
+
+    space: ParameterSpace
+    """The bounds, around his knee."""
+    rest_length: Any
+    objective: Objective
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LiveAnswer:
+    """The two most different knees at rest, and where the others are."""
+
+    settings: LiveSettings
+    result: SearchResult
+    band: Band
+    n_lost: int
+    """Sampled knees that have no equilibrium; they are not in the band."""
+
+
+def find(settings: LiveSettings, stop: Callable[[], bool]) -> LiveAnswer:
+    """Search and sample.
+
+    Parameters
+    ----------
+    settings : LiveSettings
+    stop : callable
+        Asked between any two batches of models; a true answer cancels.
+
+    Raises
+    ------
+    Cancelled
+        If `stop` said so.
+    KneecoreError
+        If there is no worst case within these bounds.
+    """
+    # One thread: its batches are too small for two, and the other core draws.
+    result = kneecore.worst_case(
+        settings.space,
+        method="exact",
+        solver="equilibrium",
+        objective=settings.objective,
+        seed=settings.seed,
+        rest_length=settings.rest_length,
+        threads=1,
+        callback=lambda _: stop(),
+    )
+    if result.stop_reason == "cancelled":
+        raise Cancelled
+    sampled = kneecore.monte_carlo(
+        settings.space,
+        n_samples=N_SAMPLES,
+        solver="equilibrium",
+        seed=settings.seed,
+        rest_length=settings.rest_length,
+        threads=1,
+    )
+    left_out = f", {sampled.n_failed} without an equilibrium left out" if sampled.n_failed else ""
+    band = Band(
+        lower_deg=sampled.flexion_deg.percentile_lower,
+        upper_deg=sampled.flexion_deg.percentile_upper,
+        text=f"{sampled.n_samples:,} knees at rest around yours{left_out}",
+    )
+    return LiveAnswer(settings=settings, result=result, band=band, n_lost=sampled.n_lost)

@@ -1,0 +1,1 @@
+"""What actions act on: one page with its state, views and running work."""

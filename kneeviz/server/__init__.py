@@ -1,0 +1,1 @@
+"""The server, its sessions and the kernels' warm-up."""

@@ -1,0 +1,1 @@
+"""What a page knows, without a widget and without a thread."""

@@ -1,0 +1,143 @@
+"""What the landscape knows: whether it is shown, of what, and the thread that computes its grid."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import kneecore
+from kneecore import KneecoreError, KneeSurrogate, Landscape, ParameterSpace
+from kneecore._threads import available_cores
+from kneecore.study.landscape import READINGS
+from kneeviz.jobs.worker import Actions, Worker
+from kneeviz.state.knee import KneeState
+
+FloatArray = NDArray[np.float64]
+
+FAVOURITES = ("pcl_femur_x", "condyle_x")
+"""The two that decide most in the packaged knee, so that its slope faces the camera."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Slice:
+    """What a landscape is asked to be of."""
+
+    x: FloatArray
+    space: ParameterSpace
+    surrogate: KneeSurrogate | None
+    rest_length: Any
+    names: tuple[str, str]
+    own_deg: FloatArray
+    """The knee's 12 angles in the true model, deg."""
+    predicted_deg: FloatArray | None
+    """The same by the surrogate."""
+
+    def same_as(self, other: "Slice | None") -> bool:
+        """Tell whether both ask for the same grid."""
+        return (
+            other is not None
+            and np.array_equal(self.x, other.x)
+            and self.space is other.space
+            and self.surrogate is other.surrogate
+            and (self.rest_length, self.names) == (other.rest_length, other.names)
+        )
+
+    def compute(self) -> Landscape:
+        """Run kneecore over the grid."""
+        return kneecore.landscape(
+            self.x,
+            self.names,
+            space=self.space,
+            surrogate=self.surrogate,
+            rest_length=self.rest_length,
+            # One core stays free for the view.
+            threads=max(1, available_cores() - 1),
+        )
+
+
+def free_names(space: ParameterSpace) -> tuple[str, ...]:
+    """Return the parameters that the bounds let vary."""
+    return tuple(n for n, free in zip(space.names, space.free, strict=True) if free)
+
+
+class LandscapeShow:
+    """The landscape's settings, its grid, and the thread behind it.
+
+    Parameters
+    ----------
+    post : callable
+        Gets "landscape_found" with (Slice, Landscape or None, why not).
+    """
+
+    def __init__(self, post: Callable[[Hashable, Any], None]) -> None:
+        self._post = post
+        self._worker: Worker | None = None
+        self._asked: Slice | None = None
+        self.shown = False
+        self.names: tuple[str, str] = FAVOURITES
+        self.height = READINGS[1]
+        self.zoom = False
+        self.found: tuple[Slice, Landscape] | None = None
+        self.drawn: tuple[Any, ...] = ()
+        """What the picture on screen was made of."""
+        self.cameras: dict[int, tuple[Any, Any]] = {}
+        """Position and target of each client's camera before the landscape took it."""
+
+    def stop(self) -> None:
+        """End the thread."""
+        if self._worker is not None:
+            self._worker.stop()
+
+    def choose(self, axis: int, name: str) -> None:
+        """Put a parameter on one of the two axes; the other axis takes its place if it had it."""
+        names = list(self.names)
+        if names[1 - axis] == name:
+            names[1 - axis] = names[axis]
+        names[axis] = name
+        self.names = (names[0], names[1])
+
+    def fit_names(self, space: ParameterSpace) -> bool:
+        """Keep to parameters that vary; return whether there are two of them."""
+        free = free_names(space)
+        if len(free) < 2:
+            return False
+        if not set(self.names) <= set(free):
+            kept = [name for name in (*self.names, *FAVOURITES, *free) if name in free]
+            first, second, *_ = dict.fromkeys(kept)
+            self.names = (first, second)
+        return True
+
+    def ask(self, state: KneeState) -> None:
+        """Have the grid computed around the knee on screen, unless it has been asked for."""
+        current = state.current
+        if current is None or not self.fit_names(state.space):
+            return
+        predicted = state.predict(current.x)
+        wanted = Slice(
+            x=current.x,
+            space=state.space,
+            surrogate=None if predicted is None else state.surrogate,
+            rest_length=state.bounds.rest_length,
+            names=self.names,
+            own_deg=np.degrees(current.response.flexion),
+            predicted_deg=None if predicted is None else np.degrees(predicted),
+        )
+        if wanted.same_as(self._asked):
+            return
+        self._asked = wanted
+        if self._worker is None:
+            self._worker = Worker(self._compute, self._failed, name="landscape")
+            self._worker.start()
+        self._worker.mailbox.post("grid", wanted)
+
+    def _compute(self, actions: Actions) -> None:
+        for _, wanted in actions:
+            try:
+                self._post("landscape_found", (wanted, wanted.compute(), None))
+            except KneecoreError as error:
+                self._post("landscape_found", (wanted, None, str(error)))
+
+    def _failed(self, error: Exception) -> None:
+        self._post("landscape_found", (None, None, f"{type(error).__name__}: {error}"))

@@ -1,0 +1,1 @@
+"""Handles of viser: what is drawn and what can be clicked."""

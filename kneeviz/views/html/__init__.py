@@ -1,0 +1,1 @@
+"""Pieces of HTML, all text in them escaped."""

@@ -1,0 +1,1 @@
+"""The panels' tabs with their controls."""

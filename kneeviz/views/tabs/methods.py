@@ -1,0 +1,30 @@
+"""The widgets that compare the search's methods."""
+
+from typing import Any
+
+from kneeviz.views.tabs.controls import Post, on_press
+
+
+class MethodsBox:
+    """A button, its progress, and the convergence plot."""
+
+    def __init__(self, gui: Any, post: Post) -> None:
+        self.run = gui.add_button(
+            "Compare methods",
+            color="gray",
+            hint="Searches these bounds by the genetic algorithm, in the surrogate, in one that "
+            "repairs itself and in the true model, and by exact gradients: the best f found "
+            "against the models that it took.",
+        )
+        self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.cancel = gui.add_button("Cancel the comparison", color="red", visible=False)
+        self.content = gui.add_html("")
+        on_press(self.run, post, "methods")
+        on_press(self.cancel, post, "methods_cancel")
+
+    def set_running(self, running: bool) -> None:
+        """Show the progress and shut the button, or the other way round."""
+        self.run.disabled = running
+        self.progress.visible = self.cancel.visible = running
+        if running:
+            self.progress.value = 0.0

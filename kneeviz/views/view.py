@@ -1,0 +1,135 @@
+"""All handles of one view, built in one go: scene, charts on the left, controls on the right."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneeviz.geometry.mechanism import Pose
+from kneeviz.state.knee import KneeState
+from kneeviz.state.landscape import free_names
+from kneeviz.views import theme
+from kneeviz.views.charts.curves import ApChart, Band, CurveChart, ForceCharts, Markers, Shown
+from kneeviz.views.html import pieces as markup
+from kneeviz.views.html.study import with_unit
+from kneeviz.views.scene.knee import KneeScene
+from kneeviz.views.scene.landscape import LandscapeScene
+from kneeviz.views.tabs.controls import (
+    FilesTab,
+    KneeTab,
+    Post,
+    SearchTab,
+    ViewTab,
+    add_transport,
+)
+from kneeviz.views.tabs.learn import LearnTab
+from kneeviz.views.tabs.methods import MethodsBox
+from kneeviz.views.tabs.study import InfluenceTab, StudyTab
+
+FloatArray = NDArray[np.float64]
+
+LEFT_WIDTH, RIGHT_WIDTH = 390, 340
+
+
+class View:
+    """What a visitor sees. Its methods only assign to handles."""
+
+    def __init__(self, target: Any, post: Post, state: KneeState) -> None:
+        gui = target.gui
+        self.dark = False
+        gui.configure_theme(
+            show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=False
+        )
+        gui.set_panel_label("kneeviz")
+        self.scene = KneeScene(target.scene)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(RIGHT_WIDTH)
+        self.landscape: LandscapeScene | None = None
+        self._add_left(gui, post)
+        self._add_right(gui, post, state)
+
+    def _add_left(self, gui: Any, post: Post) -> None:
+        colours = theme.palette(self.dark)
+        panel = gui.add_panel()
+        with panel.add_tab("Curve"):
+            self.curve_legend = gui.add_html("")
+            self.curve = CurveChart(gui, colours, height=400)
+            self.error = gui.add_html("")
+            self.found = gui.add_html("")
+        with panel.add_tab("Forces"):
+            self.force_legend = gui.add_html("")
+            self.forces = ForceCharts(gui, colours, height=134)
+        with panel.add_tab("AP"):
+            self.ap_legend = gui.add_html("")
+            self.ap = ApChart(gui, colours, height=400)
+            gui.add_html(
+                markup.box(
+                    markup.faint(
+                        "Where the condyle touches the plateau, along it, from its reference point."
+                    )
+                )
+            )
+        with panel.add_tab("Compare"):
+            self.methods = MethodsBox(gui, post)
+            self.comparison = gui.add_html("")
+        with panel.add_tab("Influence"):
+            self.influence = InfluenceTab(gui, post)
+        panel.dock_left()
+        panel.set_width(LEFT_WIDTH)
+
+    def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
+        self.transport = add_transport(gui, post)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Knee"):
+            self.knee = KneeTab(gui, post, state)
+        with tabs.add_tab("Search"):
+            self.search = SearchTab(gui, post)
+        with tabs.add_tab("Study"):
+            free = tuple(with_unit(name) for name in free_names(state.space))
+            self.study = StudyTab(gui, post, free)
+        with tabs.add_tab("Learn"):
+            self.learn = LearnTab(gui, post)
+        with tabs.add_tab("View"):
+            self.look = ViewTab(gui, post)
+        with tabs.add_tab("Files"):
+            self.files = FilesTab(gui, post)
+
+    def repaint(self, gui: Any, dark: bool) -> None:
+        """Change between the light and the dark theme."""
+        self.dark = dark
+        colours = theme.palette(dark)
+        gui.configure_theme(
+            show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=dark
+        )
+        self.scene.dark = dark
+        self.scene.repaint()
+        for chart in (self.curve, self.forces, self.ap):
+            chart.repaint(colours)
+
+    def show_legends(self, overlays: bool, band: Band | None) -> None:
+        """Write the charts' keys."""
+        colours = theme.palette(self.dark)
+        self.curve_legend.content = markup.legend(
+            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+        )
+        for handle in (self.force_legend, self.ap_legend):
+            handle.content = markup.legend(colours, overlays=overlays, curve=False)
+
+    def show_readout(self, pose: Pose) -> None:
+        """Write angle, moment and tensions of the pose on screen."""
+        self.transport.readout.content = markup.readout(pose, theme.palette(self.dark))
+
+    def show_other_charts(self, shown: Shown, markers: Markers) -> None:
+        """Feed the charts behind the first tab, which may be fed less often."""
+        self.forces.update(shown, markers)
+        self.ap.show(shown, markers)
+
+    def show_comparison(
+        self, space: Any, knees: tuple[FloatArray | None, ...], precision: int = 2
+    ) -> None:
+        """Write the parameters side by side: baseline, the visitor's knee, model 1 and 2."""
+        colours = theme.palette(self.dark)
+        labels = ("baseline", "yours", "model 1", "model 2")
+        hues = (colours.baseline, colours.current, colours.model_1, colours.model_2)
+        entries = list(zip(labels, hues, knees, strict=True))
+        self.comparison.content = markup.comparison(space, entries, precision=precision)
