@@ -25,7 +25,7 @@ from kneecore.knee.parameters import (
     widened,
 )
 
-__all__ = ["Knee", "dump_knee", "packaged_knee", "parameter_table", "parse_knee", "read_knee"]
+__all__ = ["KneeFile", "dump_knee", "packaged_knee", "parameter_table", "parse_knee", "read_knee"]
 
 SCHEMA = "kneecore.knee/1"
 MAX_BYTES = 1_000_000
@@ -37,7 +37,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Knee:
+class KneeFile:
     """What a knee file holds."""
 
     title: str
@@ -112,7 +112,7 @@ def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
     return factor, value, half, _text(f"{where}.source", table.get("source", ""))
 
 
-def parse_knee(text: str) -> Knee:
+def parse_knee(text: str) -> KneeFile:
     """Return the knee that the TOML `text` describes.
 
     Raises
@@ -155,7 +155,7 @@ def parse_knee(text: str) -> Knee:
     for array in (baseline, half_ranges, current):
         if array is not None:
             array.setflags(write=False)
-    return Knee(
+    return KneeFile(
         title=_text("title", document.get("title", "Untitled knee")),
         note=note,
         baseline=baseline,
@@ -182,7 +182,7 @@ def _possible(values: FloatArray, where: str) -> FloatArray:
         raise FileFormatError(str(error)) from None
 
 
-def read_knee(path: str | Path) -> Knee:
+def read_knee(path: str | Path) -> KneeFile:
     """Return the knee in the file at `path`.
 
     Raises
@@ -207,7 +207,7 @@ def read_knee(path: str | Path) -> Knee:
 
 
 @cache
-def packaged_knee() -> Knee:
+def packaged_knee() -> KneeFile:
     """Return the packaged baseline (a reconstruction: see its note)."""
     return read_knee(asset_path("baseline.toml"))
 

@@ -1,146 +1,276 @@
-"""The knee as the search sees it: a batched model on the unit cube of the free parameters."""
+"""The knee as a model: 28 inputs, one output, the flexion angle over 12 moments.
 
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+Examples
+--------
+>>> import kneecore
+>>> knee = kneecore.Knee(kneecore.ParameterSpace(case="material"))
+>>> knee.n_free, knee.n_outputs
+(6, 12)
+>>> knee.simulate(knee.nominal).status
+'ok'
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.knee.parameters import check_physical
+from kneecore.inputs import Input, Output
+from kneecore.knee.bounds import with_geometry_bound
+from kneecore.knee.gradient import flexion_gradient
+from kneecore.knee.parameters import STRUCTURE, widened
 from kneecore.knee.physics.dynamics import flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
-from kneecore.knee.response import MOMENT, RestLength, Solver, prepare
+from kneecore.knee.picture import shapes
+from kneecore.knee.response import (
+    LARGEST_EXTENSION,
+    MOMENT,
+    QUANTITIES,
+    Response,
+    ResponseBatch,
+    RestLength,
+    Solver,
+    check_solver,
+    prepare,
+    simulate,
+    simulate_batch,
+)
+from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace
-from kneecore.progress import Callback
-from kneecore.search.settings import PairSettings
-from kneecore.search.training import Training, train
+from kneecore.knee.trajectory import Trajectory, trajectory
+from kneecore.knee.units import si_factor, si_unit
+from kneecore.model import Evaluation, Model, Shape, Slopes
 
-__all__ = ["KneeModel", "KneeSurrogate", "Objective", "fit_surrogate", "load_weights"]
+__all__ = ["Knee"]
 
 FloatArray = NDArray[np.float64]
-Objective = Literal["all", "extension", "flexion"]
+
+FLEXION = Output(
+    "flexion", unit="deg", axis=tuple(MOMENT), axis_name="external moment", axis_unit="N m"
+)
+"""Flexion > 0; the moment extends where it is positive."""
+ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
+"""The loads from the largest extension to the largest flexion."""
 
 
-def load_weights(objective: str) -> FloatArray:
-    """Return which of the 12 loads count, as weights 0 and 1.
+def _inputs(space: ParameterSpace) -> list[Input]:
+    return [
+        Input(
+            name,
+            nominal=float(space.baseline[k]),
+            lower=float(space.lower[k]),
+            upper=float(space.upper[k]),
+            unit=si_unit(STRUCTURE[k][3]),
+            shown_unit=STRUCTURE[k][3],
+            shown_scale=si_factor(STRUCTURE[k][3]),
+        )
+        for k, name in enumerate(space.names)
+    ]
+
+
+class Knee(Model):
+    """The knees of a parameter space.
+
+    Parameters
+    ----------
+    space : ParameterSpace, optional
+        The baseline and how far the parameters may be from it; the packaged baseline with its
+        default bounds for None.
+    solver : {"dynamics", "equilibrium"}
+        Whether to integrate the motion over 23 s, as the paper does, or to solve for the knee at
+        rest under each load. With "equilibrium", a knee without one is a failed run.
+    rest_length : {"recomputed", "fixed"}
+        Whether each knee's ligaments are strain-free in its own load-free pose, or all have the
+        baseline's rest lengths.
+    threads : int, optional
+        Threads to use; all available cores for None. The numbers do not depend on it.
 
     Raises
     ------
     ParameterError
-        If `objective` is not `all`, `extension` or `flexion`.
+        If an argument is not allowed.
     """
-    if objective not in get_args(Objective):
-        raise ParameterError(
-            f"`objective` is {objective!r}; 'all', 'extension' or 'flexion' is allowed"
+
+    count_names = ("failed", "refined", "unsettled")
+    watched = LARGEST_EXTENSION
+    picture_unit = "mm"
+    size_name = "bound on the geometry"
+    size_unit = "mm"
+    sizes = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5)
+    """From below what medical images resolve to the accuracy that the paper quotes for them."""
+
+    def __init__(
+        self,
+        space: ParameterSpace | None = None,
+        *,
+        solver: Solver = "dynamics",
+        rest_length: RestLength = "recomputed",
+        threads: int | None = None,
+    ) -> None:
+        if not isinstance(space, ParameterSpace | None):
+            raise ParameterError(f"`space` is {space!r}; a ParameterSpace is allowed")
+        self.space = ParameterSpace() if space is None else space
+        self.solver = check_solver(solver)
+        if rest_length not in ("recomputed", "fixed"):
+            raise ParameterError(
+                f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
+            )
+        self.rest_length = rest_length
+        thread_count(threads)
+        super().__init__(
+            None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
         )
-    if objective == "all":
-        return np.ones(len(MOMENT))
-    return np.where((MOMENT > 0) == (objective == "extension"), 1.0, 0.0)
 
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The loads from the largest extension to the largest flexion."""
+        return ALONG_LOADS
 
-@dataclass(eq=False)
-class KneeModel:
-    """The true model of a space: unit cube of the free parameters -> 12 angles in deg.
+    @property
+    def groups(self) -> Mapping[str, str]:
+        """Which group each parameter belongs to: a ligament, the condyle, the plateau, material."""
+        return {row[0]: row[1] for row in STRUCTURE}
 
-    It counts what it simulates: `n_simulated`, `n_failed` (with the solver "equilibrium", models
-    that have lost theirs), `n_refined` (a smaller time step was needed), `n_unsettled` (not at rest
-    at some load).
-    """
+    @property
+    def objectives(self) -> Mapping[str, FloatArray]:
+        """All loads, those of extension, or those of flexion."""
+        return {
+            "all": np.ones(len(MOMENT)),
+            "extension": np.where(MOMENT > 0, 1.0, 0.0),
+            "flexion": np.where(MOMENT > 0, 0.0, 1.0),
+        }
 
-    space: ParameterSpace
-    rest_length: RestLength = "recomputed"
-    threads: int | None = None
-    solver: Solver = "dynamics"
-    n_simulated: int = field(default=0, init=False)
-    n_failed: int = field(default=0, init=False)
-    n_refined: int = field(default=0, init=False)
-    n_unsettled: int = field(default=0, init=False)
+    @property
+    def size(self) -> float:
+        """Half-range of every length and coordinate, mm."""
+        return self.space.geometry_bound_mm
 
-    def __call__(self, u: FloatArray) -> FloatArray:
-        """Return flexion angles (deg), shape (n, n_free) -> (n, 12); NaN for failed models."""
-        x = self.space.from_free_unit(u)
+    def with_size(self, size: float) -> Self:
+        """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
+        return self.with_space(with_geometry_bound(self.space, size))
+
+    def with_space(self, space: ParameterSpace) -> Self:
+        """Return the knees of another space, computed in the same way."""
+        return type(self)(
+            space, solver=self.solver, rest_length=self.rest_length, threads=self.threads
+        )
+
+    @property
+    def has_gradient(self) -> bool:
+        """Whether exact derivatives are known: at rest they are."""
+        return self.solver == "equilibrium"
+
+    @cached_property
+    def proxy(self) -> "Knee | None":  # type: ignore[override]
+        """The same knees at rest, for knees in motion."""
+        if self.has_gradient:
+            return None
+        return Knee(
+            self.space, solver="equilibrium", rest_length=self.rest_length, threads=self.threads
+        )
+
+    @property
+    def has_picture(self) -> bool:
+        """Circle, line and ligaments can be drawn."""
+        return True
+
+    def to_free_unit(self, x: ArrayLike) -> FloatArray:
+        """Map knees, SI, to the free parameters' unit cube; 28 values have unchanged rest lengths."""
+        unit: FloatArray = self.space.to_unit(x)[..., self.free]
+        return unit
+
+    def _points(self, argument: str, x: ArrayLike) -> FloatArray:
+        values = np.asarray(x)
+        if values.ndim > 0 and values.dtype.kind in "iuf" and values.shape[-1] != len(self.inputs):
+            if values.shape[-1] in (28, 32):
+                return widened(values, len(self.inputs))
+        return super()._points(argument, x)
+
+    def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:
+        """Run the knees, SI, shape (n, 28) or (n, 32); angles in deg, (n, 12)."""
+        if observe:
+            return self._observed(x)
         rows = prepare(x, self.space.baseline, self.rest_length)
-        self.n_simulated += len(u)
         if self.solver == "equilibrium":
             poses, lost_at = equilibria(rows, self.threads)
-            self.n_failed += int(np.count_nonzero(~np.isnan(lost_at)))
-            return np.degrees(flexion_of(poses))
+            counts = {"failed": int(np.count_nonzero(~np.isnan(lost_at)))}
+            return Evaluation(y=np.degrees(flexion_of(poses)), counts=counts)
         poses, settled, refinements = respond(rows, self.threads)
         failed = refinements < 0
-        self.n_failed += int(np.count_nonzero(failed))
-        self.n_refined += int(np.count_nonzero(refinements > 0))
-        self.n_unsettled += int(np.count_nonzero(~settled.all(axis=1) & ~failed))
-        return np.degrees(flexion_of(poses))
+        return Evaluation(
+            y=np.degrees(flexion_of(poses)),
+            counts={
+                "failed": int(np.count_nonzero(failed)),
+                "refined": int(np.count_nonzero(refinements > 0)),
+                "unsettled": int(np.count_nonzero(~settled.all(axis=1) & ~failed)),
+            },
+        )
 
+    def _observed(self, x: FloatArray) -> Evaluation:
+        """Run the knees with forces and positions; those without an equilibrium failed."""
+        batch = self.simulate_batch(x)
+        lost = ~np.isnan(batch.lost_at)
+        good = ~(batch.failed | lost)
+        y = np.where(good[:, None], np.degrees(batch.flexion), np.nan)
+        return Evaluation(
+            y=y,
+            counts={
+                "failed": int(np.count_nonzero(~good)),
+                "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
+                "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
+                "lost": int(np.count_nonzero(lost)),
+            },
+            observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
+        )
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class KneeSurrogate:
-    """A surrogate of the knee's 12 angles over a parameter space."""
+    def slopes(self, u: FloatArray, weights: FloatArray) -> Slopes:
+        """Return weighted sums of the angles at rest with their gradients, deg; see `Model`."""
+        return settled_slopes(self.space, self.rest_length, self.threads, u, weights)
 
-    space: ParameterSpace
-    training: Training
-    """Samples in the unit cube of the free parameters, angles in deg."""
+    def responses(self, x: FloatArray) -> Sequence[Response]:
+        """Return each knee's whole response."""
+        batch = simulate_batch(
+            x,
+            baseline=self.space.baseline,
+            rest_length=self.rest_length,
+            solver=self.solver,
+            threads=1,
+        )
+        return list(batch)
 
-    @property
-    def training_x(self) -> FloatArray:
-        """Parameters of the training samples, shape (n, 28), SI."""
-        return self.space.from_free_unit(self.training.points)
+    def simulate(self, x: ArrayLike) -> Response:
+        """Return one knee's response, `x` of shape (28,) or (32,), SI."""
+        return simulate(
+            x,
+            baseline=self.space.baseline,
+            rest_length=self.rest_length,
+            solver=self.solver,
+        )
 
-    @property
-    def training_flexion(self) -> FloatArray:
-        """Angles of the training samples, shape (n, 12), rad; NaN where the model failed."""
-        return np.radians(self.training.values)
+    def simulate_batch(self, x: ArrayLike) -> ResponseBatch:
+        """Return the responses of many knees, `x` of shape (n, 28) or (n, 32), SI."""
+        return simulate_batch(
+            x,
+            baseline=self.space.baseline,
+            rest_length=self.rest_length,
+            solver=self.solver,
+            threads=self.threads,
+        )
 
-    @property
-    def n_failed(self) -> int:
-        """Number of training samples whose model failed."""
-        return self.training.n_failed
+    def trajectory(self, x: ArrayLike) -> Trajectory:
+        """Return one knee's motion in time, `x` of shape (28,) or (32,), SI."""
+        return trajectory(x, baseline=self.space.baseline, rest_length=self.rest_length)
 
-    @property
-    def loo_rms_deg(self) -> float | None:
-        """Root mean square leave-one-out error, deg; None if there are too few samples for it."""
-        return self.training.loo_rms
+    def draw(self, x: ArrayLike) -> Sequence[Shape]:
+        """Return circle, plateau and ligaments in the load-free pose, femur frame, mm."""
+        return shapes(x, self.space.baseline, self.rest_length)
 
-    def predict(self, x: ArrayLike) -> FloatArray:
-        """Return the predicted flexion angles (rad) of knees, shape (..., 28) -> (..., 12).
-
-        The parameters that the space holds at the baseline are not looked at.
-        """
-        models = check_physical(x, "x")
-        u = self.space.to_unit(np.atleast_2d(models))[:, self.space.free]
-        flexion = np.radians(self.training.surrogate(u))
-        return flexion[0] if models.ndim == 1 else flexion
-
-
-def fit_surrogate(
-    space: ParameterSpace,
-    *,
-    n_samples: int = 50,
-    seed: int = 0,
-    rest_length: RestLength = "recomputed",
-    threads: int | None = None,
-    callback: Callback | None = None,
-) -> KneeSurrogate:
-    """Fit a surrogate to Monte-Carlo samples of the knee, uniform in the bounds.
-
-    Parameters
-    ----------
-    space : ParameterSpace
-    n_samples : int
-        Model runs; at least one more than there are free parameters.
-    seed : int
-        The same seed gives the same surrogate as `worst_case` uses.
-    rest_length, threads
-        As for `simulate_batch`.
-    callback : callable, optional
-        Gets `Progress`; a true result cancels (raises `Cancelled`).
-
-    Raises
-    ------
-    ParameterError, ModelError
-        If there are too few samples, or too many of them failed.
-    """
-    settings = PairSettings(training_samples=n_samples, seed=seed)
-    model = KneeModel(space, rest_length, threads)
-    return KneeSurrogate(space=space, training=train(model, space.n_free, settings, callback))
+    def warm_up(self, *, gradient: bool = False) -> None:
+        """Run each of the knee's kernels once."""
+        simulate(self.space.baseline, solver=self.solver)
+        if gradient:
+            flexion_gradient(self.space.baseline)

@@ -22,13 +22,17 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ParameterError
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
+from kneecore.presented import Presented
 from kneecore.knee.physics.dynamics import MOMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import settle
 from kneecore.knee.physics.observe import observe
 from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y, constants, rest_lengths
 
 __all__ = [
+    "LARGEST_EXTENSION",
+    "LARGEST_FLEXION",
     "MOMENT",
+    "QUANTITIES",
     "Response",
     "ResponseBatch",
     "RestLength",
@@ -48,13 +52,23 @@ MOMENT: FloatArray = np.array([*MOMENTS, *(-m for m in MOMENTS)])
 MOMENT.setflags(write=False)
 
 
+LARGEST_EXTENSION = int(np.argmax(MOMENT))
+LARGEST_FLEXION = int(np.argmin(MOMENT))
+QUANTITIES = (
+    ("tension_n", "tension", 1.0),
+    ("contact_force_n", "contact_force", 1.0),
+    ("ap_position_mm", "ap_position", 1e3),
+)
+"""What studies observe beside the angles: name with its unit, field of a response, factor."""
+
+
 def status_text(refinements: int) -> str:
     """Return `ok`, `refined` or `failed` for a number of step halvings (-1: failed)."""
     return "failed" if refinements < 0 else ("refined" if refinements else "ok")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Response:
+class Response(Presented):
     """One knee at the end of each of the 12 loads. A failed model's numbers are NaN."""
 
     flexion: FloatArray
@@ -97,16 +111,6 @@ class Response:
     def __repr__(self) -> str:
         angles = ", ".join(f"{a:.2f}" for a in np.degrees(self.flexion))
         return f"Response(status={self.status!r}, flexion in deg: {angles})"
-
-    def __str__(self) -> str:
-        from kneecore.report.tables import response_table  # rich is not needed to simulate
-
-        return response_table(self)
-
-    def _repr_html_(self) -> str:
-        from kneecore.report.tables import response_table
-
-        return response_table(self, html=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

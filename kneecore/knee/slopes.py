@@ -1,6 +1,4 @@
-"""The knee at rest as an exact search sees it: weighted sums of the angles with their gradients."""
-
-from dataclasses import dataclass, field
+"""Weighted sums of the angles at rest with their exact gradients, for many knees at once."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,47 +10,49 @@ from kneecore.knee.physics.equilibrium import equilibria
 from kneecore.knee.response import RestLength, prepare
 from kneecore.knee.space import ParameterSpace
 
-__all__ = ["SettledKnee"]
+__all__ = ["settled_slopes"]
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(eq=False)
-class SettledKnee:
-    """Slopes (see `kneecore.numerics.box_climb`) of a space's knees in equilibrium, in deg.
+def settled_slopes(
+    space: ParameterSpace,
+    rest_length: RestLength,
+    threads: int | None,
+    u: FloatArray,
+    weights: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return sum w y, its gradient and y of knees in equilibrium, in deg.
 
-    A knee that has lost its equilibrium counts as a failure. It counts `n_simulated` and `n_lost`.
+    Parameters
+    ----------
+    space, rest_length, threads
+        As for `kneecore.Knee`.
+    u : ndarray, shape (n, n_free)
+        Points of the free parameters' unit cube.
+    weights : ndarray, shape (n, 12)
+
+    Returns
+    -------
+    tuple of ndarray
+        Shapes (n,), (n, n_free), (n, 12); minus infinity where a knee has lost its equilibrium.
     """
+    x = space.from_free_unit(u)
+    rows = prepare(x, space.baseline, rest_length)
+    poses, _ = equilibria(rows, threads)
+    gradients = np.empty((len(x), 1, x.shape[1]))
+    fixed = rest_length == "fixed"
+    baseline = space.baseline.copy()  # a read-only array would be compiled for once more
+    each = np.ascontiguousarray(weights[:, None, :])
+    size = max(64, -(-len(x) // (2 * thread_count(threads))))
 
-    space: ParameterSpace
-    rest_length: RestLength = "recomputed"
-    threads: int | None = None
-    n_simulated: int = field(default=0, init=False)
-    n_lost: int = field(default=0, init=False)
+    def work(first: int) -> None:
+        k = slice(first, first + size)
+        weighted_gradients(x[k], rows[k], poses[k], baseline, fixed, each[k], gradients[k])
 
-    def __call__(
-        self, u: FloatArray, weights: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the values of sum w y, their gradients and y of `u`, shape (n, n_free)."""
-        space = self.space
-        x = space.from_free_unit(u)
-        rows = prepare(x, space.baseline, self.rest_length)
-        poses, lost_at = equilibria(rows, self.threads)
-        gradients = np.empty((len(x), 1, x.shape[1]))
-        fixed = self.rest_length == "fixed"
-        centre = space.baseline.copy()  # a read-only array would be compiled for once more
-        each = np.ascontiguousarray(weights[:, None, :])
-        size = max(64, -(-len(x) // (2 * thread_count(self.threads))))
-
-        def work(first: int) -> None:
-            k = slice(first, first + size)
-            weighted_gradients(x[k], rows[k], poses[k], centre, fixed, each[k], gradients[k])
-
-        run_all(work, range(0, len(x), size), self.threads)
-        self.n_simulated += len(x)
-        self.n_lost += int(np.count_nonzero(~np.isnan(lost_at)))
-        y = np.degrees(flexion_of(poses))
-        values = (weights * y).sum(axis=1)
-        width = np.degrees(space.upper - space.lower)[space.free]
-        slopes = np.where(np.isnan(gradients[:, 0]), 0.0, gradients[:, 0])[:, space.free] * width
-        return np.where(np.isnan(values), -np.inf, values), slopes, y
+    run_all(work, range(0, len(x), size), threads)
+    y = np.degrees(flexion_of(poses))
+    values = (weights * y).sum(axis=1)
+    width = np.degrees(space.upper - space.lower)[space.free]
+    slopes = np.where(np.isnan(gradients[:, 0]), 0.0, gradients[:, 0])[:, space.free] * width
+    return np.where(np.isnan(values), -np.inf, values), slopes, y

@@ -5,92 +5,91 @@ beside it.
 
 Examples
 --------
->>> from kneecore import ParameterSpace
->>> from kneecore.search.compare import compare_methods
->>> found = compare_methods(ParameterSpace(case="material"), solver="equilibrium")
+>>> import kneecore
+>>> knee = kneecore.Knee(kneecore.ParameterSpace(case="material"), solver="equilibrium")
+>>> found = {m.method: m for m in kneecore.compare_methods(knee)}
 >>> best = max(m.objective[-1] for m in found.values())
 >>> bool(found["exact"].shortfall_percent(best) < 0.01)
 True
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kneecore.knee.model import Objective
-from kneecore.knee.response import RestLength, Solver
-from kneecore.knee.space import ParameterSpace
+from kneecore.model import Model
 from kneecore.progress import Callback, Cancelled, Progress
-from kneecore.search.result import SearchResult
-from kneecore.search.rival import Rival
+from kneecore.search.result import MethodTrace, SearchResult
+from kneecore.search.settings import SearchSettings
 from kneecore.search.worst_case import worst_case
 
-__all__ = ["MethodTrace", "compare_methods", "with_rivals"]
+__all__ = ["compare_methods", "with_methods"]
 
-FloatArray = NDArray[np.float64]
+Search = Callable[..., SearchResult]
 
 VALIDATION = 100
 """Pairs and generations of the genetic algorithm in the true model: the paper's validation runs."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MethodTrace:
-    """How one method came to its worst case."""
+Points = list[tuple[float, float | None]]
+"""Models run by then, and f; None where it is not known."""
 
-    n_models: FloatArray
-    """True models run by then, rising, shape (k,)."""
-    objective: FloatArray
-    """Best f by then, by the true model, deg, shape (k,)."""
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Traced:
+    """A method's trace, and the search behind it."""
+
+    trace: MethodTrace
     result: SearchResult
 
-    def shortfall_percent(self, best: float) -> float:
-        """Return by how much the method's f falls short of `best`, per cent."""
-        return 100.0 * (1.0 - float(self.objective[-1]) / best)
 
-
-def _trace(points: list[tuple[float, float | None]], result: SearchResult) -> MethodTrace:
+def _traced(method: str, points: Points, result: SearchResult) -> Traced:
     best: dict[float, float] = {}  # the last f of each number of models
     for n, f in points:
         if f is not None and np.isfinite(f):
-            best[n] = max(f, *best.values()) if best else f
-    return MethodTrace(
-        n_models=np.array([*best.keys()]), objective=np.array([*best.values()]), result=result
+            best[float(n)] = max(f, *best.values()) if best else f
+    trace = MethodTrace(
+        method=method,
+        promised=result.objective_surrogate,
+        n_models=tuple(best),
+        objective=tuple(float(f) for f in best.values()),
     )
+    return Traced(trace=trace, result=result)
 
 
-def _genetic(search: Callable[..., SearchResult], callback: Callback) -> MethodTrace:
+def _genetic(search: Search, callback: Callback) -> Traced:
     """Run the genetic algorithm in the true model; each generation runs as many models."""
     found = search(
         search_space="model", pop_size=VALIDATION, n_generations=VALIDATION, callback=callback
     )
     later = (found.counts["pairs_evaluated"] - VALIDATION) / max(len(found.history) - 1, 1)
     n_models = 2.0 * (VALIDATION + later * np.arange(len(found.history)))
-    return _trace(list(zip(n_models.tolist(), found.history.tolist(), strict=True)), found)
+    return _traced("ga", list(zip(n_models.tolist(), found.history.tolist(), strict=True)), found)
 
 
-def _in_surrogate(search: Callable[..., SearchResult], callback: Callback) -> MethodTrace:
+def _in_surrogate(search: Search, callback: Callback) -> Traced:
     """Run the paper's main search: the true model knows nothing of it but its end."""
     found = search(search_space="surrogate", callback=callback)
-    return _trace([(found.counts["models_simulated"], found.objective_model)], found)
+    end = (found.counts["models_simulated"], found.objective_model)
+    return _traced("ga_surrogate", [end], found)
 
 
-def _repaired(search: Callable[..., SearchResult], callback: Callback) -> MethodTrace:
+def _repaired(search: Search, callback: Callback) -> Traced:
     """Let the surrogate repair itself: the true f of its optimum after each round."""
     found = search(repair=True, callback=callback)
     assert found.repair is not None
-    first = found.training_samples
-    points: list[tuple[float, float | None]] = [
+    first = found.settings.training_samples
+    points: Points = [
         (first + r.n_models, r.objective_model) for r in found.repair.rounds
     ]
     end = (found.counts["models_simulated"], found.objective_model)
-    return _trace([*_risen(points), end], found)
+    return _traced("repair", [*_risen(points), end], found)
 
 
-def _exact(search: Callable[..., SearchResult], callback: Callback) -> MethodTrace:
-    points: list[tuple[float, float | None]] = []
+def _exact(search: Search, callback: Callback) -> Traced:
+    points: Points = []
 
     def watch(report: Progress) -> object:
         if report.best is not None and report.n_models is not None:
@@ -100,22 +99,22 @@ def _exact(search: Callable[..., SearchResult], callback: Callback) -> MethodTra
     found = search(method="exact", callback=watch)
     evidence = found.evidence
     assert evidence is not None
-    if found.solver == "dynamics":  # f at rest is another f
+    if evidence.objective_before_climb is not None:  # the proxy's f is another f
         points = [(evidence.n_evaluations, evidence.objective_before_climb)]
-    n_models = evidence.n_evaluations + evidence.n_in_motion
-    return _trace([*_risen(points), (n_models, found.objective_model)], found)
+    n_models = evidence.n_evaluations + evidence.n_models
+    return _traced("exact", [*_risen(points), (n_models, found.objective_model)], found)
 
 
-def _risen(points: list[tuple[float, float | None]]) -> list[tuple[float, float | None]]:
+def _risen(points: Points) -> Points:
     """Leave out what tells no better f."""
-    kept: list[tuple[float, float | None]] = []
+    kept: Points = []
     for n, f in points:
         if f is not None and (not kept or f > (kept[-1][1] or -np.inf)):
             kept.append((n, f))
     return kept
 
 
-_METHODS: dict[str, Callable[[Callable[..., SearchResult], Callback], MethodTrace]] = {
+_METHODS: dict[str, Callable[[Search, Callback], Traced]] = {
     "ga_surrogate": _in_surrogate,
     "repair": _repaired,
     "exact": _exact,
@@ -123,30 +122,61 @@ _METHODS: dict[str, Callable[[Callable[..., SearchResult], Callback], MethodTrac
 }
 
 
+def methods_of(model: Model) -> tuple[str, ...]:
+    """Return the methods that can search a model: the exact one needs gradients."""
+    gradient = model.has_gradient or model.proxy is not None
+    return tuple(name for name in _METHODS if gradient or name != "exact")
+
+
+def _run_all(
+    model: Model, settings: SearchSettings, callback: Callback | None
+) -> list[Traced]:
+    shared: dict[str, Any] = {
+        "objective": settings.objective,
+        "weights": settings.weights,
+        "seed": settings.seed,
+        "training_samples": max(50, model.n_free + 2),
+    }
+    names = methods_of(model)
+    done, found = 0, []
+    for k, name in enumerate(names):
+
+        def watch(report: Progress, k: int = k) -> bool:
+            nonlocal done
+            working = report.stage in ("search", "repair")
+            share = report.done / max(report.total, 1) if working else 0.0
+            done = max(done, round(100 * (k + min(share, 1.0))))
+            together = Progress(stage="search", done=done, total=100 * len(names))
+            if callback is not None and callback(together):
+                raise Cancelled
+            return False
+
+        def search(*, callback: Callback, **options: Any) -> SearchResult:
+            return worst_case(model, SearchSettings(**shared, **options), callback=callback)
+
+        found.append(_METHODS[name](search, watch))
+    return found
+
+
 def compare_methods(
-    space: ParameterSpace | None = None,
-    *,
-    objective: Objective = "all",
-    solver: Solver = "dynamics",
-    rest_length: RestLength = "recomputed",
-    seed: int = 0,
-    threads: int | None = None,
-    callback: Callback | None = None,
-) -> Mapping[str, MethodTrace]:
-    """Search the same space by all methods.
+    model: Model, settings: SearchSettings | None = None, *, callback: Callback | None = None
+) -> tuple[MethodTrace, ...]:
+    """Search the same bounds by all methods that a model allows.
 
     Parameters
     ----------
-    space, objective, solver, rest_length, seed, threads
-        As for `worst_case`.
+    model : Model
+    settings : SearchSettings, optional
+        Its objective, weights and seed are used.
     callback : callable, optional
         Gets `Progress` over all methods together; a true result cancels.
 
     Returns
     -------
-    mapping of str to MethodTrace
+    tuple of MethodTrace
         "ga_surrogate" (the paper's main search, 200 x 800), "repair" (the same in a surrogate that
-        repairs itself), "exact" and "ga" (the paper's validation, 100 x 100 in the true model).
+        repairs itself), "exact" (where there are gradients) and "ga" (the paper's validation,
+        100 x 100 in the true model).
 
     Raises
     ------
@@ -155,62 +185,24 @@ def compare_methods(
     ParameterError, ModelError
         As for `worst_case`.
     """
-    space = space or ParameterSpace()
-    shared: dict[str, Any] = {
-        "objective": objective,
-        "solver": solver,
-        "rest_length": rest_length,
-        "seed": seed,
-        "threads": threads,
-        "training_samples": max(50, space.n_free + 2),
-    }
-    done, found = 0, {}
-    for k, (name, run) in enumerate(_METHODS.items()):
-
-        def watch(report: Progress, k: int = k) -> bool:
-            nonlocal done
-            working = report.stage in ("search", "repair")
-            share = report.done / max(report.total, 1) if working else 0.0
-            done = max(done, round(100 * (k + min(share, 1.0))))
-            together = Progress(stage="search", done=done, total=100 * len(_METHODS))
-            if callback is not None and callback(together):
-                raise Cancelled
-            return False
-
-        found[name] = run(lambda **options: worst_case(space, **shared, **options), watch)
-    return found
+    return tuple(t.trace for t in _run_all(model, settings or SearchSettings(), callback))
 
 
-def with_rivals(result: SearchResult, callback: Callback | None = None) -> SearchResult:
-    """Return a result with what all methods find in its space beside it.
-
-    The arguments of the methods are the result's: space, loads, solver, rest lengths, seed.
+def with_methods(result: SearchResult, callback: Callback | None = None) -> SearchResult:
+    """Return a result with what all methods find in its bounds beside it.
 
     Raises
     ------
     Cancelled, ParameterError, ModelError
         As for `compare_methods`.
     """
-    found = compare_methods(
-        result.space,
-        objective=result.objective,
-        solver=result.solver,
-        rest_length=result.rest_length,
-        seed=result.seed,
-        threads=result.threads,
-        callback=callback,
-    )
-    rivals = tuple(
-        Rival(
-            method=name,
-            promised=trace.result.objective_surrogate,
-            n_models=tuple(trace.n_models.tolist()),
-            objective=tuple(trace.objective.tolist()),
-        )
-        for name, trace in found.items()
-    )
+    found = _run_all(result.model, result.settings, callback)
     seconds = {
-        f"compare_{name}": sum(v for k, v in trace.result.seconds.items() if k != "compile")
-        for name, trace in found.items()
+        f"compare_{t.trace.method}": sum(v for k, v in t.result.seconds.items() if k != "compile")
+        for t in found
     }
-    return replace(result, rivals=rivals, seconds={**result.seconds, **seconds})
+    return replace(
+        result,
+        methods=tuple(t.trace for t in found),
+        seconds={**result.seconds, **seconds},
+    )

@@ -1,10 +1,14 @@
-"""The exact worst case of the knee: climbs with exact gradients at rest, then in motion.
+"""The exact worst case of a model: climbs with exact gradients, in it or in one near it.
+
+A model in whose place its proxy is climbed (for knees in motion: the knees at rest) is climbed in
+by itself from there, without gradients.
 
 Examples
 --------
->>> from kneecore import ParameterSpace
->>> from kneecore.search.exact_model import exact_worst_case
->>> found = exact_worst_case(ParameterSpace(case="material"), solver="equilibrium")
+>>> import kneecore
+>>> from kneecore.search.exact_model import exact_pair
+>>> space = kneecore.ParameterSpace(case="material")
+>>> found = exact_pair(kneecore.Knee(space, solver="equilibrium"))
 >>> round(found.objective, 2)  # deg, summed over the 12 loads
 35.57
 """
@@ -16,47 +20,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
-from kneecore.knee.model import KneeModel, Objective, load_weights
-from kneecore.knee.response import MOMENT, RestLength, Solver, check_solver
-from kneecore.knee.slopes import SettledKnee
-from kneecore.knee.space import ParameterSpace
-from kneecore.search.pattern_climb import MotionPair, climb_in_motion
-from kneecore.search.sign_climb import Evidence, ExactPair, ExactSettings, Report, climb_pair
+from kneecore.model import Model
+from kneecore.search.pattern_climb import ClimbedPair, climb_from_patterns
+from kneecore.search.result import Evidence
+from kneecore.search.sign_climb import ExactPair, ExactSettings, Report, climb_pair
+from kneecore.unit_model import UnitModel
 
-__all__ = ["ExactWorstCase", "exact_extremes", "exact_worst_case"]
+__all__ = ["ExactModelPair", "exact_pair", "extremes"]
 
 FloatArray = NDArray[np.float64]
-ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
-"""The loads from the largest extension to the largest flexion."""
-_MANY_LOST = 0.01  # share of the models at rest without an equilibrium
+_MANY_FAILED = 0.01  # share of the proxy's models
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ExactWorstCase:
-    """The two most different knees by an exact search.
+class ExactModelPair:
+    """The two most different models by an exact search.
 
-    Model 1 is the one with the smaller angle at the largest extension moment that counts.
+    Model 1 is the one with the smaller output in the first column that counts, by `Model.order`.
     """
 
     u: FloatArray
-    """The two knees in the unit cube of the free parameters, shape (2, n_free)."""
-    x: FloatArray
-    """The same, shape (2, 28), SI."""
-    flexion_deg: FloatArray
-    """Their angles in the response that was searched, shape (2, 12), deg."""
+    """The two models in the unit cube of the free inputs, shape (2, n_free)."""
+    y: FloatArray
+    """Their outputs, shape (2, m)."""
     objective: float
-    """f, deg summed over the loads that count."""
+    """f"""
     evidence: Evidence
     seconds: dict[str, float]
-    """rest, motion"""
+    """proxy, model"""
 
 
-def _evidence(knee: SettledKnee, found: ExactPair, moved: MotionPair | None) -> Evidence:
+class _CountedSlopes:
+    """A model's slopes, which count what was run."""
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self.n_simulated = self.n_failed = 0
+
+    def __call__(
+        self, u: FloatArray, weights: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        values, slopes, y = self._model.slopes(u, weights)
+        self.n_simulated += len(u)
+        self.n_failed += int(np.count_nonzero(np.isneginf(values)))
+        return values, slopes, y
+
+
+def _evidence(slopes: _CountedSlopes, found: ExactPair, moved: ClimbedPair | None) -> Evidence:
     evidence = replace(
         found.evidence,
-        n_evaluations=knee.n_simulated,
-        n_lost=knee.n_lost,
-        objective_at_rest=found.value,
+        n_evaluations=slopes.n_simulated,
+        n_failed=slopes.n_failed,
+        objective_proxy=found.value,
     )
     if moved is None:
         return evidence
@@ -64,123 +79,78 @@ def _evidence(knee: SettledKnee, found: ExactPair, moved: MotionPair | None) -> 
         evidence,
         second_best=moved.others[0] if moved.others else None,
         objective_before_climb=moved.first_value,
-        n_in_motion=moved.n_models,
+        n_models=moved.n_models,
     )
 
 
-def exact_worst_case(
-    space: ParameterSpace | None = None,
+def exact_pair(
+    model: Model,
+    weights: FloatArray | None = None,
     *,
-    objective: Objective = "all",
-    solver: Solver = "dynamics",
-    rest_length: RestLength = "recomputed",
-    seed: int = 0,
-    threads: int | None = None,
     settings: ExactSettings | None = None,
     report: Report | None = None,
-) -> ExactWorstCase:
-    """Find the two most different knees of a space in the true model.
+) -> ExactModelPair:
+    """Find the two most different models within bounds.
 
     Parameters
     ----------
-    space : ParameterSpace, optional
-        The knees to search; the packaged baseline with its default bounds for None.
-    objective : {"all", "extension", "flexion"}
-        Which of the 12 loads count.
-    solver : {"dynamics", "equilibrium"}
-        Which response: that of the motion over 23 s, or that at rest.
-    rest_length, threads
-        As for `simulate_batch`.
-    seed : int
-        The same seed gives the same bytes, on any number of threads.
+    model : Model
+        With gradients, or with a proxy that has them.
+    weights : ndarray, shape (m,), optional
+        Weight of each output's difference; those of `Model.weights` for None.
     settings : ExactSettings, optional
-        How much to look for; its seed is not used.
+        How much to look for; the same seed gives the same bytes, on any number of threads.
     report : callable, optional
-        As for `kneecore.search.sign_climb.climb_pair`, with f at rest.
+        As for `kneecore.search.sign_climb.climb_pair`, with the proxy's f.
 
     Raises
     ------
-    ParameterError
-        If an argument is not allowed.
     ModelError
-        If no knee could be evaluated.
+        If no model could be evaluated.
     Cancelled
         If `report` ended the search before there was a pair.
     """
-    return _search(
-        space or ParameterSpace(),
-        load_weights(objective),
-        solver,
-        rest_length,
-        threads,
-        replace(settings or ExactSettings(), seed=seed),
-        report,
-    )
-
-
-def exact_extremes(
-    space: ParameterSpace,
-    load: int,
-    *,
-    solver: Solver = "dynamics",
-    rest_length: RestLength = "recomputed",
-    seed: int = 0,
-    threads: int | None = None,
-    report: Report | None = None,
-) -> ExactWorstCase:
-    """Find the knees of a space with the least and with the largest angle at one load.
-
-    Parameters
-    ----------
-    space : ParameterSpace
-    load : int
-        Index into `MOMENT`.
-    solver, rest_length, seed, threads, report
-        As for `exact_worst_case`, which raises the same.
-
-    Returns
-    -------
-    ExactWorstCase
-        The first knee has the least angle; `objective` is the difference of the two, deg.
-    """
-    weights = np.zeros(len(MOMENT))
-    weights[load] = 1.0
-    settings = ExactSettings(seed=seed)
-    return _search(space, weights, solver, rest_length, threads, settings, report)
-
-
-def _search(
-    space: ParameterSpace,
-    weights: FloatArray,
-    solver: Solver,
-    rest_length: RestLength,
-    threads: int | None,
-    settings: ExactSettings,
-    report: Report | None,
-) -> ExactWorstCase:
-    check_solver(solver)
+    settings = settings or ExactSettings()
+    weights = model.weights() if weights is None else weights
+    guide = model if model.has_gradient else model.proxy
+    assert guide is not None
     begun = time.perf_counter()
-    knee = SettledKnee(space, rest_length, threads)
+    slopes = _CountedSlopes(guide)
     found = climb_pair(
-        knee, space.n_free, weights, order=ALONG_LOADS, settings=settings, report=report
+        slopes, model.n_free, weights, order=model.order, settings=settings, report=report
     )
-    rested = time.perf_counter()
+    climbed = time.perf_counter()
     moved = None
-    if solver == "dynamics":
-        model = KneeModel(space, rest_length, threads)
-        many_lost = knee.n_lost > _MANY_LOST * knee.n_simulated
-        moved = climb_in_motion(model, found, weights, seed=settings.seed, many_lost=many_lost)
+    if guide is not model:
+        many_failed = slopes.n_failed > _MANY_FAILED * slopes.n_simulated
+        moved = climb_from_patterns(
+            UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
+        )
         if not np.isfinite(moved.value):
             raise ModelError("none of the worst pairs at rest could be simulated in motion")
     u, y = (found.u, found.y) if moved is None else (moved.u, moved.y)
-    first = next(k for k in ALONG_LOADS if weights[k] > 0.0)
+    first = next(k for k in model.order if weights[k] > 0.0)
     if y[0, first] > y[1, first]:
         u, y = u[::-1].copy(), y[::-1].copy()
-    return ExactWorstCase(
+    return ExactModelPair(
         u=u,
-        x=space.from_free_unit(u),
-        flexion_deg=y,
+        y=y,
         objective=found.value if moved is None else moved.value,
-        evidence=_evidence(knee, found, moved),
-        seconds={"rest": rested - begun, "motion": time.perf_counter() - rested},
+        evidence=_evidence(slopes, found, moved),
+        seconds={"proxy": climbed - begun, "model": time.perf_counter() - climbed},
     )
+
+
+def extremes(
+    model: Model, column: int, *, seed: int = 0, report: Report | None = None
+) -> ExactModelPair:
+    """Find the models with the least and with the largest value in one column of the outputs.
+
+    Returns
+    -------
+    ExactModelPair
+        The first model has the least value; `objective` is the difference of the two.
+    """
+    weights = np.zeros(model.n_outputs)
+    weights[column] = 1.0
+    return exact_pair(model, weights, settings=ExactSettings(seed=seed), report=report)

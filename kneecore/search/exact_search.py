@@ -1,23 +1,19 @@
 """The exact search in the place of the genetic algorithm: the same outcome, with its evidence."""
 
 import time
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore.errors import ParameterError
-from kneecore.knee.model import KneeModel, Objective
 from kneecore.numerics.box_climb import Slopes
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
-from kneecore.search.exact_model import exact_worst_case
-from kneecore.search.genetic_search import Found, PairOutcome, checked_weights, verified
-from kneecore.search.settings import PairSettings
+from kneecore.search.exact_model import exact_pair
+from kneecore.search.problem import Found, Outcome, Problem, verified
 from kneecore.search.sign_climb import ExactSettings, climb_pair
-from kneecore.search.training import UnitModel, train
+from kneecore.search.training import train
 
-__all__ = ["climb_surrogate", "exact_in_knee", "exact_in_surrogate"]
+__all__ = ["climb_surrogate", "exact_in_model", "exact_in_surrogate"]
 
 FloatArray = NDArray[np.float64]
 
@@ -58,27 +54,16 @@ class _Watch:
 
 
 def climb_surrogate(
-    surrogate: Surrogate,
-    weights: FloatArray,
-    settings: PairSettings,
-    callback: Callback | None = None,
-    order: Sequence[int] | None = None,
+    problem: Problem, surrogate: Surrogate, callback: Callback | None = None
 ) -> Found:
-    """Find the most different pair of a surrogate by climbs with its exact gradient.
-
-    `order` is that of `kneecore.search.sign_climb.sign_patterns`.
-    """
-    if weights.min() < 0.0:
-        raise ParameterError(
-            f"`weights` has {weights.min():g}; the method 'exact' takes numbers of at least 0"
-        )
+    """Find the most different pair of a surrogate by climbs with its exact gradient."""
     watch = _Watch(callback)
     found = climb_pair(
         _slopes(surrogate),
         surrogate.n_dimensions,
-        weights,
-        order=order,
-        settings=ExactSettings(seed=settings.seed),
+        problem.weights,
+        order=problem.order,
+        settings=ExactSettings(seed=problem.settings.seed),
         report=watch,
     )
     return Found(
@@ -92,61 +77,47 @@ def climb_surrogate(
     )
 
 
-def exact_in_surrogate(
-    model: UnitModel,
-    n_dimensions: int,
-    weights: FloatArray | None,
-    settings: PairSettings,
-    callback: Callback | None = None,
-    order: Sequence[int] | None = None,
-) -> PairOutcome:
-    """Find the most different pair of a surrogate; the arguments are those of `find_pair`.
-
-    `order` is that of `climb_surrogate`.
-    """
-    training = train(model, n_dimensions, settings, callback)
-    wanted = checked_weights(weights, training.surrogate.n_values)
+def exact_in_surrogate(problem: Problem) -> Outcome:
+    """Find the most different pair of a surrogate, and compute it again in the true model."""
+    training = train(problem.model, problem.settings, problem.callback)
     begun = time.perf_counter()
-    found = climb_surrogate(training.surrogate, wanted, settings, callback, order)
-    return verified(model, found, training, wanted, begun)
+    found = climb_surrogate(problem, training.surrogate, problem.callback)
+    return verified(problem, found, training, begun)
 
 
-def exact_in_knee(
-    model: KneeModel, objective: Objective, settings: PairSettings, callback: Callback | None = None
-) -> PairOutcome:
-    """Find the most different pair of knees in the true model, in the response of `model`."""
-    watch = _Watch(callback)
+def exact_in_model(problem: Problem) -> Outcome:
+    """Find the most different pair in the true model."""
+    watch = _Watch(problem.callback)
     watch.begin()
     begun = time.perf_counter()
-    found = exact_worst_case(
-        model.space,
-        objective=objective,
-        solver=model.solver,
-        rest_length=model.rest_length,
-        seed=settings.seed,
-        threads=model.threads,
+    pair = exact_pair(
+        problem.model.model,
+        problem.weights,
+        settings=ExactSettings(seed=problem.settings.seed),
         report=watch,
     )
-    evidence = found.evidence
-    model.n_simulated += evidence.n_evaluations + evidence.n_in_motion
-    model.n_failed += evidence.n_lost
-    return PairOutcome(
-        u=found.u,
-        y=found.flexion_deg,
+    evidence = pair.evidence
+    problem.model.n_simulated += evidence.n_evaluations + evidence.n_models
+    problem.model.counts["failed"] += evidence.n_failed
+    return Outcome(
+        found=Found(
+            u=pair.u,
+            run_values=(pair.objective,),
+            best_run=0,
+            history=np.array([*watch.history, pair.objective]),
+            n_evaluations=0,
+            stop_reason=watch.stop_reason,
+            evidence=evidence,
+        ),
+        y=pair.y,
         y_surrogate=None,
         objective_surrogate=None,
-        objective_model=found.objective,
+        objective_model=pair.objective,
         training=None,
-        run_values=(found.objective,),
-        best_run=0,
-        history=np.array([*watch.history, found.objective]),
-        n_evaluations=0,
-        stop_reason=watch.stop_reason,
         seconds={
             "sampling": 0.0,
             "fit": 0.0,
             "search": time.perf_counter() - begun,
             "verify": 0.0,
         },
-        evidence=evidence,
     )

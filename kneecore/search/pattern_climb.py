@@ -1,12 +1,12 @@
-"""From the worst case at rest to that in motion, a response without gradients.
+"""From the worst case of a proxy to that of the model itself, which has no gradients.
 
 Where a lax knee has not come to rest, its angles in motion are not those of equilibrium, and the
-worst case may be another. The worst pairs at rest, one for each pattern of signs, are computed in
-motion; the best of them then climbs by itself: each input of both models is thrown to its other
+worst case may be another. The proxy's worst pairs, one for each pattern of signs, are computed in
+the model; the best of them then climbs by itself: each input of both models is thrown to its other
 bound, then moved a little, all improvements are tried together, alone and in part, and the best
 trial is kept until no input improves; then several inputs are thrown at once. Whole batches of
-models are computed together. Where equilibria are often lost, a search at rest leaves knees out
-that live in motion, and the best of a random sample are climbed from too.
+models are computed together. Where the proxy has often failed, its search leaves models out that
+live here, and the best of a random sample are climbed from too.
 """
 
 from collections.abc import Callable
@@ -17,22 +17,22 @@ from numpy.typing import NDArray
 
 from kneecore.search.sign_climb import SAME, ExactPair
 
-__all__ = ["MotionPair", "climb_in_motion"]
+__all__ = ["ClimbedPair", "climb_from_patterns"]
 
 FloatArray = NDArray[np.float64]
-UnitModel = Callable[[FloatArray], FloatArray]
+BatchedModel = Callable[[FloatArray], FloatArray]
 
 _PROBES = (1.0, 0.25, 0.02)  # of the cube's width; the first throws an input to its other bound
 _REACHES = (1.0, 0.5)  # of the cube's width: trial steps beside the probe's own
 _MAX_ROUNDS = 12
 _N_KICKS = 48  # models of a round that leave each of the pair's corners
-_N_SAMPLES = 512  # random models, where rest has lost many
+_N_SAMPLES = 512  # random models, where the proxy has failed often
 _N_EXTRA = 3  # pairs of them that are climbed from
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MotionPair:
-    """The most different pair in motion."""
+class ClimbedPair:
+    """The most different pair of the model."""
 
     u: FloatArray
     """The two models, shape (2, d), unit cube."""
@@ -41,9 +41,9 @@ class MotionPair:
     value: float
     """f; minus infinity if no pair could be computed."""
     first_value: float
-    """f before the climb in motion: the best of the pairs that rest has proposed."""
+    """f before the climb: the best of the pairs that the proxy has proposed."""
     others: tuple[float, ...]
-    """f of the other pairs that rest has proposed, and that are not in the same basin."""
+    """f of the other pairs that it has proposed, and that are not in the same basin."""
     n_models: int
 
 
@@ -86,7 +86,7 @@ def _trials(u: FloatArray, probes: FloatArray, gains: FloatArray) -> FloatArray:
 
 
 class _Climb:
-    def __init__(self, model: UnitModel) -> None:
+    def __init__(self, model: BatchedModel) -> None:
         self.model, self.n_models = model, 0
 
     def __call__(self, u: FloatArray) -> FloatArray:
@@ -168,28 +168,28 @@ def _sampled_pairs(
     return [(u[p], y[p]) for p in pairs[:_N_EXTRA]]
 
 
-def climb_in_motion(
-    model: UnitModel,
+def climb_from_patterns(
+    model: BatchedModel,
     found: ExactPair,
     weights: FloatArray,
     *,
     seed: int = 0,
-    many_lost: bool = False,
-) -> MotionPair:
-    """Climb from the worst pairs at rest to a worst pair in motion.
+    many_failed: bool = False,
+) -> ClimbedPair:
+    """Climb from the worst pairs of a proxy to a worst pair of the model.
 
     Parameters
     ----------
     model : callable
         Maps (n, d) in the unit cube to outputs (n, m); a row of NaN is a failure.
     found : ExactPair
-        The worst pairs at rest.
+        The worst pairs of the proxy.
     weights : ndarray, shape (m,)
         Weight of each output's difference.
     seed : int
         The same seed gives the same pair.
-    many_lost : bool
-        Whether the search at rest has left many models out.
+    many_failed : bool
+        Whether the search in the proxy has left many models out.
     """
     climb, rng = _Climb(model), np.random.default_rng([seed, 1])
     corners, pairs = _proposals(found)
@@ -198,12 +198,12 @@ def climb_in_motion(
     values = _sums(np.abs(y[first] - y[second]), weights)
     best = int(np.argmax(values))
     begun = [(corners[list(pairs[best])], y[list(pairs[best])])]
-    if many_lost:
+    if many_failed:
         begun += _sampled_pairs(climb, found, weights, rng)
     ended = [climb.ascend(u, p, weights) for u, p in begun if np.isfinite(p).all()]
     if not ended:
         nothing = np.full((2, len(weights)), np.nan)
-        return MotionPair(
+        return ClimbedPair(
             u=found.u,
             y=nothing,
             value=-np.inf,
@@ -220,7 +220,7 @@ def climb_in_motion(
     value = _value(y_pair, weights)
     others = np.concatenate([values, [_value(p, weights) for _, p in ended]])
     apart = others[np.isfinite(others) & (others < value - SAME * value)]
-    return MotionPair(
+    return ClimbedPair(
         u=u,
         y=y_pair,
         value=value,

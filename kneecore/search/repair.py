@@ -12,17 +12,20 @@ so far, for the same model and for the same input of the other. No input of a mo
 Examples
 --------
 >>> import kneecore
->>> pair = kneecore.worst_case(
-...     model=lambda k: 1.0 / k, lower=[90.0, 45.0], upper=[110.0, 55.0], training_samples=5,
-...     method="exact", repair=True,
+>>> from kneecore import Input, Output
+>>> springs = kneecore.Model(
+...     lambda k: 1.0 / k,
+...     inputs=[Input("k_1", lower=90.0, upper=110.0), Input("k_2", lower=45.0, upper=55.0)],
+...     outputs=[Output("stretch", axis=(1, 2))],
 ... )
->>> pair.repair.reached
+>>> settings = kneecore.SearchSettings(training_samples=5, method="exact", repair=True)
+>>> kneecore.worst_case(springs, settings).repair.reached
 True
 """
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,19 +33,14 @@ from numpy.typing import NDArray
 
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Cancelled, Progress
 from kneecore.search.exact_search import climb_surrogate
-from kneecore.search.genetic_search import (
-    Found,
-    PairOutcome,
-    checked_weights,
-    gap_percent,
-    pair_value,
-    search_pair,
-)
-from kneecore.search.repair_history import Repair, RepairRound
-from kneecore.search.settings import PairSettings
-from kneecore.search.training import Training, UnitModel, outputs_of, train
+from kneecore.search.genetic_search import search_pair
+from kneecore.search.problem import Found, Outcome, Problem, pair_value
+from kneecore.search.result import Repair, RepairRound, gap_percent
+from kneecore.search.settings import SearchSettings
+from kneecore.search.training import Training, train
+from kneecore.unit_model import UnitModel
 
 __all__ = ["find_repaired_pair"]
 
@@ -121,7 +119,7 @@ class _Samples:
 
     def add(self, u: FloatArray) -> FloatArray:
         """Compute models (n, d), keep them, fit again, and return their outputs."""
-        y = outputs_of(self._model, u, self.values.shape[1])
+        y = self._model(u)
         first = len(self.values)
         self.points = np.concatenate([self.points, u])
         self.values = np.concatenate([self.values, y])
@@ -135,7 +133,7 @@ class _Repairing:
     """The state of one repair."""
 
     def __init__(
-        self, samples: _Samples, search: Search, weights: FloatArray, settings: PairSettings
+        self, samples: _Samples, search: Search, weights: FloatArray, settings: SearchSettings
     ) -> None:
         self.samples, self._search, self._weights = samples, search, weights
         self._goal, self._max = settings.repair_gap_percent, settings.repair_models
@@ -297,18 +295,12 @@ class _Repairing:
         )
 
 
-def _searcher(
-    settings: PairSettings,
-    weights: FloatArray,
-    order: Sequence[int] | None,
-    samples: _Samples,
-    callback: Callback | None,
-    threads: int | None,
-) -> Search:
-    """Return the search of a surrogate by the method of `settings`."""
+def _searcher(problem: Problem, samples: _Samples) -> Search:
+    """Return the search of a surrogate by the method of the settings."""
+    settings = problem.settings
 
     def watch(report: Progress) -> object:
-        return callback is not None and callback(
+        return problem.callback is not None and problem.callback(
             Progress(
                 stage="repair",
                 done=samples.n_added,
@@ -320,42 +312,31 @@ def _searcher(
 
     def search(surrogate: Surrogate) -> Found:
         if settings.method == "exact":
-            return climb_surrogate(surrogate, weights, settings, watch, order)
-        pair = SurrogatePair(surrogate, weights, threads)
+            return climb_surrogate(problem, surrogate, watch)
+        pair = SurrogatePair(surrogate, problem.weights, problem.threads)
         return search_pair(pair, surrogate.n_dimensions, settings, watch)
 
     return search
 
 
-def find_repaired_pair(
-    model: UnitModel,
-    n_dimensions: int,
-    weights: FloatArray | None,
-    settings: PairSettings,
-    callback: Callback | None = None,
-    order: Sequence[int] | None = None,
-    threads: int | None = None,
-) -> PairOutcome:
+def find_repaired_pair(problem: Problem) -> Outcome:
     """Find the most different pair of a surrogate that is repaired on the way.
 
-    The arguments are those of `kneecore.search.genetic_search.find_pair`, and `order` that of
-    `kneecore.search.sign_climb.sign_patterns`. Of the last optimum and the best known pair, the one
-    with the larger f in the true model is returned.
+    Of the last optimum and the best known pair, the one with the larger f in the true model is
+    returned.
     """
-    first = train(model, n_dimensions, settings, callback)
-    wanted = checked_weights(weights, first.surrogate.n_values)
-    samples = _Samples(model, first, wanted)
-    repairing = _Repairing(
-        samples, _searcher(settings, wanted, order, samples, callback, threads), wanted, settings
-    )
+    first = train(problem.model, problem.settings, problem.callback)
+    samples = _Samples(problem.model, first, problem.weights)
+    search = _searcher(problem, samples)
+    repairing = _Repairing(samples, search, problem.weights, problem.settings)
     begun = time.perf_counter()
     repairing.run()
-    return _outcome(repairing, first, wanted, time.perf_counter() - begun)
+    return _outcome(repairing, first, problem.weights, time.perf_counter() - begun)
 
 
 def _outcome(
     repairing: _Repairing, first: Training, weights: FloatArray, seconds: float
-) -> PairOutcome:
+) -> Outcome:
     samples, last = repairing.samples, repairing.last
     places = list(samples.best_places) if last is None else samples.places_of(last.u)
     f, predicted = pair_value(samples.values[places], weights), repairing.predicted
@@ -365,8 +346,17 @@ def _outcome(
         f, predicted = samples.best, samples.surrogate(samples.points[places])
     repair = repairing.history()
     reason = "repaired" if repair.reached else "not_repaired"
-    return PairOutcome(
+    found = Found(
         u=samples.points[places],
+        run_values=last.run_values if last else (samples.best,),
+        best_run=last.best_run if last else 0,
+        history=last.history if last else np.array([samples.best]),
+        n_evaluations=repairing.n_evaluations,
+        stop_reason="cancelled" if repairing.cancelled else reason,
+        evidence=last.evidence if last is not None and as_searched else None,
+    )
+    return Outcome(
+        found=found,
         y=samples.values[places],
         y_surrogate=predicted,
         objective_surrogate=last.value if last else pair_value(predicted, weights),
@@ -374,17 +364,11 @@ def _outcome(
         training=replace(
             first, surrogate=samples.surrogate, points=samples.points, values=samples.values
         ),
-        run_values=last.run_values if last else (samples.best,),
-        best_run=last.best_run if last else 0,
-        history=last.history if last else np.array([samples.best]),
-        n_evaluations=repairing.n_evaluations,
-        stop_reason="cancelled" if repairing.cancelled else reason,
         seconds={
             "sampling": first.seconds_sampling,
             "fit": first.seconds_fit,
             "search": seconds,
             "verify": 0.0,
         },
-        evidence=last.evidence if last is not None and as_searched else None,
         repair=repair,
     )

@@ -1,107 +1,153 @@
-"""How to search for the two most different models."""
+"""How to search for the two most different models: the one list of its options."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from numbers import Real
-from typing import Literal, get_args
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from kneecore.errors import ParameterError
+from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.sampling import check_count, check_seed
+from kneecore.options import check_choices, option, options_of
 
-__all__ = ["Method", "PairSettings", "SearchSpace", "default_space"]
+__all__ = ["Method", "SearchSettings", "SearchSpace"]
 
 SearchSpace = Literal["surrogate", "model"]
 Method = Literal["ga", "exact"]
 
 
-def default_space(method: str, *, repair: bool) -> SearchSpace:
-    """Return what a search of the knee evaluates if nothing else is asked for."""
-    return "model" if method == "exact" and not repair else "surrogate"
-
-
 @dataclass(frozen=True, kw_only=True)
-class PairSettings:
-    """How to search. Defaults are the paper's main run."""
+class SearchSettings:
+    """How to search for the worst case. Defaults are the paper's main run.
 
-    method: Method = "ga"
-    """The paper's genetic algorithm, or climbs with exact gradients."""
-    search_space: SearchSpace = "surrogate"
-    """What the search evaluates."""
-    training_samples: int = 50
-    """Model runs that the surrogate is fitted to."""
-    pop_size: int = 200
-    n_generations: int = 800
-    n_runs: int = 1
-    """Independent runs of the genetic algorithm; the best is kept."""
-    options: GeneticOptions = field(default_factory=GeneticOptions)
-    seed: int = 0
-    repair: bool = False
-    """Whether the surrogate is repaired around its own optimum (`kneecore.search.repair`)."""
-    repair_gap_percent: float = 1.0
-    """Gap at the optimum below which a surrogate counts as repaired, per cent."""
-    repair_models: int = 40
-    """Model runs that a repair may add to the training samples."""
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed, or belongs to another method.
+    """
+
+    method: Method = option("ga")
+    """The paper's genetic algorithm, or climbs with exact gradients (no pop-size, generations, runs
+    or ga options)."""
+    search_space: SearchSpace | None = option(None, key="space")
+    """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
+    exact values). Unset: the surrogate with ga or repair, the model with exact where it has
+    gradients."""
+    repair: bool = option(False)
+    """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
+    to the samples, fit again, search again; then try one input at a time at its other bound."""
+    repair_gap_percent: float = option(1.0, place=("repair", "goal_percent"))
+    """Gap between surrogate and model at the optimum below which the surrogate counts as repaired,
+    per cent."""
+    repair_models: int = option(40, place=("repair", "max_models"))
+    """Model runs that a repair may add. Those that the gap does not need look for a pair that is
+    better in the true model."""
+    training_samples: int = option(50, place=("search", "training_samples"))
+    """Model runs that the surrogate is fitted to; at least one more than free parameters."""
+    pop_size: int = option(200, place=("search", "pop_size"))
+    """Pairs in a generation."""
+    n_generations: int = option(800, key="generations", place=("search", "generations"))
+    """Generations."""
+    n_runs: int = option(1, key="runs", place=("search", "runs"))
+    """Independent runs of the search; the best is kept and the spread shown."""
+    objective: str = option("all")
+    """Which of the model's outputs count: all, or a group or an output by its name (the knee's
+    loads: extension or flexion)."""
+    weights: tuple[float, ...] | None = option(None)
+    """Weight of each number that the model returns in the difference of two models; unset: 1
+    each."""
+    seed: int = option(0)
+    """The same seed gives the same result, on any number of threads."""
+    options: GeneticOptions = option(
+        default_factory=GeneticOptions, key="ga", place=("search", "options")
+    )
+    """Constants of the genetic algorithm."""
 
     def __post_init__(self) -> None:
-        if self.search_space not in get_args(SearchSpace):
-            raise ParameterError(
-                f"`search_space` is {self.search_space!r}; 'surrogate' or 'model' is allowed"
-            )
-        for name in ("training_samples", "pop_size", "n_generations", "n_runs"):
+        check_choices(self)
+        for name in ("training_samples", "pop_size", "n_generations", "n_runs", "repair_models"):
             object.__setattr__(self, name, check_count(name, getattr(self, name)))
         object.__setattr__(self, "seed", check_seed(self.seed))
+        object.__setattr__(self, "weights", _checked_weights(self.weights))
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
+        if not isinstance(self.objective, str):
+            raise ParameterError(f"`objective` is {self.objective!r}; a text is allowed")
+        if not isinstance(self.repair, bool):
+            raise ParameterError(f"`repair` is {self.repair!r}; True or False is allowed")
         self.options.split(self.pop_size)
         self._check_method()
         self._check_repair()
 
+    def _refuse_others_than_usual(self, names: tuple[str, ...], why: str) -> None:
+        usual = {o.name: o.default for o in options_of(type(self))}
+        for name in names:
+            if getattr(self, name) != usual[name]:
+                raise ParameterError(f"`{name}` is {getattr(self, name)!r}; {why}")
+
     def _check_method(self) -> None:
-        """Raise if the method is unknown, or has options that are another's."""
-        if self.method not in get_args(Method):
-            raise ParameterError(f"`method` is {self.method!r}; 'ga' or 'exact' is allowed")
-        if self.method == "ga":
-            return
-        for name, usual in (
-            ("pop_size", 200),
-            ("n_generations", 800),
-            ("n_runs", 1),
-            ("options", GeneticOptions()),
-        ):
-            if getattr(self, name) != usual:
-                raise ParameterError(
-                    f"`{name}` is {getattr(self, name)!r}; it is the genetic algorithm's, and the "
-                    "method 'exact' has none of it"
-                )
+        """Raise if there are options that are another method's."""
+        if self.method == "exact":
+            self._refuse_others_than_usual(
+                ("pop_size", "n_generations", "n_runs", "options"),
+                "it is the genetic algorithm's, and the method 'exact' has none of it",
+            )
 
     def _check_repair(self) -> None:
         """Raise if the repair's options are not allowed, or are given without it."""
-        check_count("repair_models", self.repair_models)
         gap = self.repair_gap_percent
         if isinstance(gap, bool) or not isinstance(gap, Real) or not 0.0 < gap < 100.0:
             raise ParameterError(
                 f"`repair_gap_percent` is {gap!r}; a number above 0 and below 100 is allowed"
             )
         object.__setattr__(self, "repair_gap_percent", float(gap))
-        object.__setattr__(self, "repair_models", int(self.repair_models))
-        if self.repair and self.repair_models < 2:
+        if not self.repair:
+            self._refuse_others_than_usual(
+                ("repair_gap_percent", "repair_models"), "it needs `repair`"
+            )
+            return
+        if self.repair_models < 2:
             raise ParameterError(
                 f"`repair_models` is {self.repair_models}; at least 2 are needed, for the "
                 "surrogate's optimum is a pair"
             )
-        if self.repair and self.search_space == "model":
+        if self.search_space == "model":
             raise ParameterError(
                 "`search_space` is 'model'; with `repair` it is the surrogate that is searched"
             )
-        for name, usual in (("repair_gap_percent", 1.0), ("repair_models", 40)):
-            if not self.repair and getattr(self, name) != usual:
-                raise ParameterError(f"`{name}` is {getattr(self, name):g}; it needs `repair`")
+
+    def default_space(self, *, gradient: bool) -> SearchSpace:
+        """Return where is searched if nothing else is asked for.
+
+        `gradient` tells whether the model, or one near it, has exact gradients.
+        """
+        return "model" if self.method == "exact" and not self.repair and gradient else "surrogate"
+
+    def of(self, model: Model) -> Self:
+        """Return the settings of a search of `model`, with nothing left open, and checked.
+
+        Raises
+        ------
+        ParameterError
+            If the model cannot be searched like that.
+        """
+        gradient = model.has_gradient or model.proxy is not None
+        space = self.search_space or self.default_space(gradient=gradient)
+        if self.method == "exact" and space == "model" and not gradient:
+            raise ParameterError(
+                "`search_space` is 'model'; the method 'exact' has no gradients of this model, "
+                "and searches its surrogate"
+            )
+        model.weights(self.objective, self.weights)
+        settings = replace(self, search_space=space)
+        settings.check_training(model.n_free)
+        return settings
 
     def check_training(self, n_dimensions: int) -> None:
         """Raise if the surrogate's linear tail needs more samples than there are."""
-        if self.search_space == "surrogate" and self.training_samples < n_dimensions + 1:
+        if self.search_space != "model" and self.training_samples < n_dimensions + 1:
             raise ParameterError(
                 f"`training_samples` is {self.training_samples}; with {n_dimensions} free "
                 f"parameters at least {n_dimensions + 1} are needed"
@@ -113,3 +159,19 @@ class PairSettings:
             return int(self.seed)
         state = np.random.SeedSequence([self.seed, run]).generate_state(1, np.uint64)
         return int(state[0] >> np.uint64(1))
+
+
+def _checked_weights(given: Any) -> tuple[float, ...] | None:
+    if given is None:
+        return None
+    try:
+        weights = np.asarray(given)
+        usable = weights.dtype.kind in "iuf" and weights.ndim == 1
+    except ValueError:
+        usable = False
+    if not usable or not np.isfinite(weights).all() or (weights < 0.0).any() or not weights.any():
+        raise ParameterError(
+            f"`weights` is {given!r}; a row of finite numbers of at least 0, one above 0, is "
+            "allowed"
+        )
+    return tuple(float(w) for w in weights)

@@ -30,9 +30,9 @@ from kneecore.errors import ModelError
 from kneecore.numerics.box_climb import Slopes, climb, polish
 from kneecore.numerics.sampling import check_count, check_seed
 from kneecore.progress import Cancelled
+from kneecore.search.result import Evidence
 
 __all__ = [
-    "Evidence",
     "ExactPair",
     "ExactSettings",
     "Half",
@@ -93,31 +93,6 @@ class Half:
             self.corners.append(u[k].copy())
         self.u, self.value, self.y = u[k].copy(), float(values[k]), y[k].copy()
         return found
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Evidence:
-    """What a search says about how good its result is."""
-
-    n_climbs: int
-    """Climbs for the two models of the best pair, from random starts and from kicks."""
-    share_reached: float
-    """Share of them that ended in the best pair's value, to 0.01 % of f."""
-    second_best: float | None
-    """f of the best other basin: another corner with the same signs, or another pattern."""
-    patterns: tuple[tuple[tuple[int, ...], float], ...]
-    """Patterns of signs, in the order of the outputs, and the best value for each: at rest, if the
-    search went on in motion."""
-    n_evaluations: int
-    """Models evaluated, each with its gradient."""
-    n_lost: int = 0
-    """Those among them that had no equilibrium and were left out."""
-    objective_at_rest: float | None = None
-    """f of the worst pair at rest, where it was climbed on from there in motion."""
-    objective_before_climb: float | None = None
-    """f in motion of the best pair that rest had proposed."""
-    n_in_motion: int = 0
-    """Models simulated in motion."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

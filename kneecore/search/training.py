@@ -1,23 +1,31 @@
-"""The surrogate of any batched model on the unit cube, and the samples behind it."""
+"""The surrogate of a model, and the samples behind it.
+
+Examples
+--------
+>>> import kneecore
+>>> knee = kneecore.Knee(kneecore.ParameterSpace(case="material"))
+>>> surrogate = kneecore.fit_surrogate(knee, n_samples=20)
+>>> surrogate.predict(knee.nominal[None]).shape
+(1, 12)
+"""
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from kneecore.errors import ModelError, ParameterError
+from kneecore.errors import ModelError
+from kneecore.model import Model
 from kneecore.numerics.sampling import uniform
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
-from kneecore.search.settings import PairSettings
+from kneecore.search.settings import SearchSettings
+from kneecore.unit_model import UnitModel
 
-__all__ = ["Training", "UnitModel", "outputs_of", "train"]
+__all__ = ["Training", "TrainedSurrogate", "fit_surrogate", "train"]
 
 FloatArray = NDArray[np.float64]
-UnitModel = Callable[[FloatArray], FloatArray]
-"""Maps points of the unit cube (n, d) to outputs (n, m); a row of NaN is a failure."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +53,7 @@ class Training:
 
 
 def train(
-    model: UnitModel, n_dimensions: int, settings: PairSettings, callback: Callback | None = None
+    model: UnitModel, settings: SearchSettings, callback: Callback | None = None
 ) -> Training:
     """Sample the model uniformly and fit a surrogate.
 
@@ -56,6 +64,7 @@ def train(
     ModelError
         If too many of them failed.
     """
+    n_dimensions = model.model.n_free
     settings.check_training(n_dimensions)
     report = callback or (lambda _: None)
     n = settings.training_samples
@@ -63,7 +72,7 @@ def train(
         raise Cancelled
     start = time.perf_counter()
     points = uniform(n, n_dimensions, settings.seed)
-    values = outputs_of(model, points)
+    values = model(points)
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
@@ -84,18 +93,68 @@ def train(
     )
 
 
-def outputs_of(model: UnitModel, points: FloatArray, n_values: int | None = None) -> FloatArray:
-    """Return the model's outputs, checked to have one row a point (and `n_values` columns)."""
-    given = model(points)
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ParameterError("`model` returned something other than an array of numbers") from None
-    wanted = "m" if n_values is None else str(n_values)
-    fits = values.ndim == 2 and len(values) == len(points) and values.shape[1] > 0
-    if not fits or n_values not in (None, values.shape[1]):
-        raise ParameterError(
-            f"`model` returned shape {values.shape} for {len(points)} rows; "
-            f"({len(points)}, {wanted}) is allowed"
-        )
-    return values
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrainedSurrogate:
+    """A surrogate of a model over its bounds."""
+
+    model: Model
+    training: Training
+    """Samples in the unit cube of the free inputs."""
+
+    @property
+    def training_x(self) -> FloatArray:
+        """Inputs of the training samples, shape (n, d)."""
+        return self.model.from_free_unit(self.training.points)
+
+    @property
+    def training_y(self) -> FloatArray:
+        """Outputs of the training samples, shape (n, m); NaN where the model failed."""
+        return self.training.values
+
+    @property
+    def n_failed(self) -> int:
+        """Number of training samples whose model failed."""
+        return self.training.n_failed
+
+    @property
+    def loo_rms(self) -> float | None:
+        """Root mean square leave-one-out error, in the outputs' unit; None if unknown."""
+        return self.training.loo_rms
+
+    def predict(self, x: ArrayLike) -> FloatArray:
+        """Return the predicted outputs, shape (..., d) -> (..., m).
+
+        Inputs that are held are not looked at.
+        """
+        u = self.model.to_free_unit(x)
+        return self.training.surrogate(np.atleast_2d(u)).reshape(*u.shape[:-1], -1)
+
+
+def fit_surrogate(
+    model: Model,
+    *,
+    n_samples: int = 50,
+    seed: int = 0,
+    callback: Callback | None = None,
+) -> TrainedSurrogate:
+    """Fit a surrogate to samples of a model, uniform within its bounds.
+
+    Parameters
+    ----------
+    model : Model
+    n_samples : int
+        Model runs; at least one more than there are free inputs.
+    seed : int
+        The same seed gives the same surrogate as `worst_case` uses.
+    callback : callable, optional
+        Gets `Progress`; a true result cancels (raises `Cancelled`).
+
+    Raises
+    ------
+    ParameterError, ModelError
+        If there are too few samples, or too many of them failed.
+    """
+    settings = SearchSettings(training_samples=n_samples, seed=seed)
+    return TrainedSurrogate(
+        model=model, training=train(UnitModel(model), settings, callback)
+    )

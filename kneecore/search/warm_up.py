@@ -2,37 +2,34 @@
 
 import numpy as np
 
-from kneecore.knee.gradient import flexion_gradient
-from kneecore.knee.response import simulate
-from kneecore.knee.space import ParameterSpace
+from kneecore.model import Model
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.settings import SearchSettings
+
+__all__ = ["warm_up"]
 
 
-def warm_up(
-    search_space: str = "surrogate", *, method: str = "ga", solver: str = "dynamics"
-) -> None:
+def warm_up(model: Model, settings: SearchSettings | None = None) -> None:
     """Run each kernel of a search once on next to nothing.
 
     Parameters
     ----------
-    search_space : {"surrogate", "model"}
-        The search whose kernels are wanted.
-    method : {"ga", "exact"}
-    solver : {"dynamics", "equilibrium"}
+    model : Model
+    settings : SearchSettings, optional
+        Of the search whose kernels are wanted; the default search's for None.
     """
-    baseline = ParameterSpace().baseline
-    simulate(baseline, solver="equilibrium" if solver == "equilibrium" else "dynamics")
-    if method == "exact" and search_space == "model":
-        flexion_gradient(baseline)
-    if search_space == "surrogate":
+    settings = (settings or SearchSettings()).of(model)
+    exact = settings.method == "exact"
+    model.warm_up(gradient=exact and settings.search_space == "model")
+    if settings.search_space == "surrogate":
         points = np.array([[0.0], [0.5], [1.0]])
         surrogate = Surrogate.fit(points, points)
         surrogate(points)
-        if method == "exact":
+        if exact:
             surrogate.weighted_gradient(points, points)
         pair = SurrogatePair(surrogate, np.ones(1))
         maximize(pair, np.zeros(2), np.ones(2), pop_size=10, n_generations=GENERATIONS_PER_CALL)
-    elif method == "ga":
+    elif not exact:
         maximize(lambda x: x[:, 0], np.zeros(2), np.ones(2), pop_size=10, n_generations=1)
