@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ModelError, ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, number, text
-from kneecore.returned import numbers, one_output, all_outputs
+from kneecore.returned import all_outputs, numbers, one_output
 
 __all__ = ["Evaluation", "Model", "Shape"]
 
@@ -223,7 +223,9 @@ class Model:
                 )
             weights = weights * np.asarray(given)
         if not weights.any():
-            raise ParameterError("`weights` are all 0 where the objective counts; one above 0 is needed")
+            raise ParameterError(
+                "`weights` are all 0 where the objective counts; one above 0 is needed"
+            )
         return weights
 
     def _scales_of_columns(self) -> FloatArray:
@@ -341,7 +343,9 @@ class Model:
         """
         points = self._points("x", x)
         if points.ndim != 2:
-            raise ParameterError(f"`x` has shape {points.shape}; (n, {len(self.inputs)}) is allowed")
+            raise ParameterError(
+                f"`x` has shape {points.shape}; (n, {len(self.inputs)}) is allowed"
+            )
         return self.examine(points).y
 
     def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ParameterError
 
-__all__ = ["numbers", "one_output", "all_outputs"]
+__all__ = ["all_outputs", "numbers", "one_output"]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +19,9 @@ def numbers(what: str, given: Any) -> FloatArray:
     try:
         values = np.asarray(given)
     except ValueError:
-        raise ParameterError(f"`{what}` returned a ragged array; numbers in rows are allowed") from None
+        raise ParameterError(
+            f"`{what}` returned a ragged array; numbers in rows are allowed"
+        ) from None
     if values.dtype.kind == "c":
         raise ParameterError(f"`{what}` returned complex numbers; real numbers are allowed")
     if values.dtype.kind not in "iuf":

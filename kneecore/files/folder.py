@@ -1,16 +1,15 @@
 """Results on disk: each file whole or not at all, `result.json` last."""
 
 import contextlib
+import json
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from kneecore.errors import OutputError
-
-if TYPE_CHECKING:
-    from kneecore.search.result import SearchResult
+from kneecore.presented import Format
 
 RESULT_FILE = "result.json"
 
@@ -103,25 +102,20 @@ def prepare_folder(folder: str | Path, *, force: bool, holds: str = RESULT_FILE)
     return folder
 
 
-def _contents(result: "SearchResult", figures: bool) -> Iterator[tuple[str, bytes]]:
-    yield "curves.csv", result.curves_csv().encode()
-    from kneecore.report.command import needs_file
+def to_json(document: dict[str, Any]) -> str:
+    """Return JSON-ready values as text, ending in a newline."""
+    return json.dumps(document, allow_nan=False, ensure_ascii=False) + "\n"
 
-    if needs_file(result.space):
-        yield "knee.toml", result.space.to_toml().encode()
-    if figures:
-        from kneecore.figures.search import render_figures
 
-        yield from render_figures(result)
-    yield RESULT_FILE, result.to_json().encode()
+def contents(result: Any, form: Format, *, figures: bool) -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of a result's files, its JSON last."""
+    yield from form.others(result, figures)
+    yield form.file, to_json(form.to_dict(result)).encode()
 
 
 def save(
-    result: "SearchResult", folder: str | Path, *, force: bool = False, figures: bool = True
+    result: Any, form: Format, folder: str | Path, *, force: bool = False, figures: bool = True
 ) -> tuple[Path, ...]:
-    """Write a result's files to `folder`; see `SearchResult.save`."""
-    from kneecore.figures.search import FIGURE_FILES
-
-    folder = prepare_folder(folder, force=force)
-    stale = [*FIGURE_FILES, "curves.csv", "knee.toml"]
-    return write_all(folder, _contents(result, figures), stale=stale)
+    """Write a result's files to `folder`; see `kneecore.presented.Presented.save`."""
+    folder = prepare_folder(folder, force=force, holds=form.file)
+    return write_all(folder, contents(result, form, figures=figures), stale=form.stale)

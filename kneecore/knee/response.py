@@ -22,11 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ParameterError
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
-from kneecore.presented import Presented
 from kneecore.knee.physics.dynamics import MOMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import settle
 from kneecore.knee.physics.observe import observe
 from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y, constants, rest_lengths
+from kneecore.presented import Presented
 
 __all__ = [
     "LARGEST_EXTENSION",

@@ -81,9 +81,7 @@ def _repaired(search: Search, callback: Callback) -> Traced:
     found = search(repair=True, callback=callback)
     assert found.repair is not None
     first = found.settings.training_samples
-    points: Points = [
-        (first + r.n_models, r.objective_model) for r in found.repair.rounds
-    ]
+    points: Points = [(first + r.n_models, r.objective_model) for r in found.repair.rounds]
     end = (found.counts["models_simulated"], found.objective_model)
     return _traced("repair", [*_risen(points), end], found)
 
@@ -128,9 +126,7 @@ def methods_of(model: Model) -> tuple[str, ...]:
     return tuple(name for name in _METHODS if gradient or name != "exact")
 
 
-def _run_all(
-    model: Model, settings: SearchSettings, callback: Callback | None
-) -> list[Traced]:
+def _run_all(model: Model, settings: SearchSettings, callback: Callback | None) -> list[Traced]:
     shared: dict[str, Any] = {
         "objective": settings.objective,
         "weights": settings.weights,

@@ -23,7 +23,7 @@ from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.settings import SearchSettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["Training", "TrainedSurrogate", "fit_surrogate", "train"]
+__all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "train"]
 
 FloatArray = NDArray[np.float64]
 
@@ -52,9 +52,7 @@ class Training:
         return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
 
 
-def train(
-    model: UnitModel, settings: SearchSettings, callback: Callback | None = None
-) -> Training:
+def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:
     """Sample the model uniformly and fit a surrogate.
 
     Raises
@@ -155,6 +153,4 @@ def fit_surrogate(
         If there are too few samples, or too many of them failed.
     """
     settings = SearchSettings(training_samples=n_samples, seed=seed)
-    return TrainedSurrogate(
-        model=model, training=train(UnitModel(model), settings, callback)
-    )
+    return TrainedSurrogate(model=model, training=train(UnitModel(model), settings, callback))

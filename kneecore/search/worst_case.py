@@ -53,7 +53,9 @@ def find(problem: Problem) -> Outcome:
         return find_repaired_pair(problem)
     if settings.method == "ga":
         return find_pair(problem)
-    return exact_in_model(problem) if settings.search_space == "model" else exact_in_surrogate(problem)
+    return (
+        exact_in_model(problem) if settings.search_space == "model" else exact_in_surrogate(problem)
+    )
 
 
 def check_model(model: Any) -> Model:
@@ -128,9 +130,11 @@ def _nominal(counted: UnitModel, x: FloatArray) -> tuple[FloatArray, dict[str, A
     """Return the nominal model's outputs, and what the model tells of it and of the pair."""
     model = counted.model
     told = model.responses(np.vstack([model.nominal, x]))
-    y = counted.model.examine(model.nominal[None]).y[0] if told else counted(
-        model.to_free_unit(model.nominal)[None]
-    )[0]
+    y = (
+        counted.model.examine(model.nominal[None]).y[0]
+        if told
+        else counted(model.to_free_unit(model.nominal)[None])[0]
+    )
     return y, dict(zip(MODELS, told, strict=True)) if told else {}
 
 

@@ -1,0 +1,107 @@
+"""Results read back: one way in for every type, one line for every fault."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from kneecore.errors import FileFormatError, KneecoreError
+from kneecore.presented import Format, format_with_schema
+
+__all__ = ["MAX_BYTES", "from_json", "load", "load_with"]
+
+MAX_BYTES = 50_000_000
+
+
+def _document(text: str) -> dict[str, Any]:
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(f"not a JSON file: {error}") from None
+    if not isinstance(document, dict):
+        raise FileFormatError("not a JSON object")
+    return document
+
+
+def _read(document: dict[str, Any], form: Format) -> Any:
+    schema = document.get("schema")
+    if schema != form.schema:
+        raise FileFormatError(f"`schema` is {schema!r}; {form.schema!r} is allowed")
+    try:
+        return form.from_dict(document)
+    except FileFormatError:
+        raise
+    except KneecoreError as error:
+        raise FileFormatError(f"no usable result: {error}") from None
+    except KeyError as error:
+        raise FileFormatError(f"the key {error} is missing") from None
+    except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+        raise FileFormatError(f"no usable result: {error}") from None
+
+
+def from_json(text: str, form: Format) -> Any:
+    """Return the result in a JSON text.
+
+    Raises
+    ------
+    FileFormatError
+        If the text is no result of this form.
+    """
+    return _read(_document(text), form)
+
+
+def _text_of(path: Path) -> str:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise FileFormatError(f"larger than {MAX_BYTES:,} bytes")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise FileFormatError(f"cannot be read ({error.strerror or error})") from None
+    except UnicodeDecodeError:
+        raise FileFormatError("not a text file in UTF-8") from None
+
+
+def load_with(path: str | Path, form: Format) -> Any:
+    """Return the result of one form in the file, or in the folder, at `path`.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read or is no such result; the message names the file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / form.file
+    try:
+        return from_json(_text_of(path), form)
+    except FileFormatError as error:
+        raise FileFormatError(f"{path}: {error}") from None
+
+
+def load(path: str | Path) -> Any:
+    """Return whatever result is in the file, or in the folder, at `path`.
+
+    Raises
+    ------
+    FileFormatError
+        If there is none, or more than one in a folder; the message names the file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = _only_result(path)
+    try:
+        document = _document(_text_of(path))
+        form = format_with_schema(document.get("schema"))
+        if form is None:
+            raise FileFormatError(f"`schema` is {document.get('schema')!r}, which is no result's")
+        return _read(document, form)
+    except FileFormatError as error:
+        raise FileFormatError(f"{path}: {error}") from None
+
+
+def _only_result(folder: Path) -> Path:
+    """Return the JSON file in a folder of `save`."""
+    found = sorted(folder.glob("*.json"))
+    if len(found) != 1:
+        names = ", ".join(path.name for path in found) or "none"
+        raise FileFormatError(f"{folder}: one JSON file is needed, there are: {names}")
+    return found[0]

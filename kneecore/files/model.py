@@ -1,0 +1,169 @@
+"""A model as a table of JSON, and back: what it was, not the function behind it."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore.errors import FileFormatError
+from kneecore.inputs import Input, Output
+from kneecore.knee.model import Knee
+from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, NAMES
+from kneecore.knee.response import RestLength, Solver
+from kneecore.knee.space import ParameterSpace
+from kneecore.model import Model
+
+__all__ = [
+    "array",
+    "baseline_table",
+    "model_table",
+    "named",
+    "number_or_none",
+    "read_knee",
+    "read_model",
+    "read_vector",
+]
+
+FloatArray = NDArray[np.float64]
+
+
+def named(names: tuple[str, ...], x: FloatArray) -> dict[str, float]:
+    """Return the values of inputs by name."""
+    return dict(zip(names, x.tolist(), strict=True))
+
+
+def array(value: Any, shape: tuple[int, ...], where: str) -> FloatArray:
+    """Return numbers of a table as an array; -1 stands for any length.
+
+    Raises
+    ------
+    FileFormatError
+        If they are no numbers, or of another shape.
+    """
+    try:
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise FileFormatError(f"`{where}` holds something other than numbers") from None
+    if len(numbers.shape) != len(shape) or any(
+        want not in (-1, have) for want, have in zip(shape, numbers.shape, strict=True)
+    ):
+        raise FileFormatError(f"`{where}` has shape {numbers.shape}; {shape} is allowed")
+    return numbers
+
+
+def number_or_none(table: dict[str, Any], key: str) -> float | None:
+    """Return a number of a table, or None."""
+    value = table[key]
+    if value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
+        return None if value is None else float(value)
+    raise FileFormatError(f"`{key}` is {value!r}; a number or null is allowed")
+
+
+def read_vector(table: Any, names: tuple[str, ...], where: str) -> FloatArray:
+    """Return the values that `named` has told, in the order of `names`."""
+    if not isinstance(table, dict) or set(table) != set(names):
+        raise FileFormatError(f"`{where}` must name the {len(names)} inputs")
+    return array([table[name] for name in names], (len(names),), where)
+
+
+# Any model.
+
+
+def model_table(model: Model) -> dict[str, Any]:
+    """Return a model's inputs and outputs."""
+    return {
+        "name": model.name,
+        "size": model.size,
+        "inputs": [
+            {
+                "name": i.name,
+                "nominal": i.nominal,
+                "lower": i.lower,
+                "upper": i.upper,
+                "unit": i.unit,
+                "shown_unit": i.shown_unit,
+                "shown_scale": i.shown_scale,
+            }
+            for i in model.inputs
+        ],
+        "outputs": [
+            {
+                "name": o.name,
+                "unit": o.unit,
+                "axis": None if o.axis is None else list(o.axis),
+                "axis_name": o.axis_name,
+                "axis_unit": o.axis_unit,
+                "scale": o.scale,
+            }
+            for o in model.outputs
+        ],
+    }
+
+
+def read_model(table: dict[str, Any]) -> Model:
+    """Return the model that `model_table` has told; it has no function and cannot be run."""
+    return Model(
+        None,
+        [Input(**one) for one in table["inputs"]],
+        [Output(**one) for one in table["outputs"]],
+        name=str(table["name"]),
+    )
+
+
+# The knee.
+
+
+def baseline_table(space: ParameterSpace) -> dict[str, Any]:
+    """Return the baseline and the bounds of a space of knees."""
+    names = space.names
+    return {
+        "title": space.title,
+        "note": space.note,
+        "parameters": named(names, space.baseline),
+        "geometry_bound_mm": space.geometry_bound_mm,
+        "slope_bound_deg": space.slope_bound_deg,
+        "material_bound_percent": space.material_bound_percent,
+        "rest_length_bound_mm": space.rest_length_bound_mm,
+        "rest_length_bound_percent": space.rest_length_bound_percent,
+        "centre": None if space.is_around_baseline else named(names, space.centre),
+        "half_ranges": dict(space.half_ranges) if space.half_ranges is not None else None,
+        "sources": list(space.sources) if space.sources is not None else None,
+        "lower": named(names, space.lower),
+        "upper": named(names, space.upper),
+    }
+
+
+def knee_vector(table: Any, where: str) -> FloatArray:
+    """Return a knee's 28 values, or 32 with the changes of the rest lengths."""
+    if not isinstance(table, dict) or set(table) not in (set(NAMES), set(ALL_NAMES)):
+        raise FileFormatError(f"`{where}` must name the 28 parameters")
+    return read_vector(table, NAMES if len(table) == N_PARAMETERS else ALL_NAMES, where)
+
+
+def _space(document: dict[str, Any]) -> ParameterSpace:
+    baseline = document["baseline"]
+    return ParameterSpace(
+        case=document["case"],
+        geometry_bound_mm=baseline["geometry_bound_mm"],
+        slope_bound_deg=baseline["slope_bound_deg"],
+        material_bound_percent=baseline["material_bound_percent"],
+        # Results that were written before rest lengths could be uncertain have none.
+        rest_length_bound_mm=baseline.get("rest_length_bound_mm", 0.0),
+        rest_length_bound_percent=baseline.get("rest_length_bound_percent", 0.0),
+        half_ranges=baseline["half_ranges"],
+        sources=None if baseline["sources"] is None else tuple(map(str, baseline["sources"])),
+        baseline=knee_vector(baseline["parameters"], "baseline.parameters"),
+        title=str(baseline["title"]),
+        note=baseline["note"],
+        # Results that were written before a box could be around another knee have none.
+        centre=knee_vector(baseline.get("centre") or baseline["parameters"], "baseline.centre"),
+    )
+
+
+def read_knee(document: dict[str, Any]) -> Knee:
+    """Return the knees of a result: keys case, baseline, solver, rest_length and threads."""
+    solver: Solver = document.get("solver", "dynamics")
+    rest_length: RestLength = document["rest_length"]
+    return Knee(
+        _space(document), solver=solver, rest_length=rest_length, threads=int(document["threads"])
+    )
