@@ -40,8 +40,7 @@ def column_label(model: Model, column: int) -> str:
     one = model.columns[column]
     if isinstance(model, Knee):
         return f"knee angle at {one.label}, deg (flexion > 0)"
-    name = f"{one.output.name} at {one.label}" if one.alone and one.at is not None else one.label
-    return axis_label(name, one.output.unit)
+    return axis_label(one.title, one.output.unit)
 
 
 def size_label(model: Model) -> str:

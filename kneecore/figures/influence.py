@@ -40,7 +40,8 @@ def _bars(axes: Axes, found: InfluenceResult, column: int, count: int) -> None:
         errors = np.maximum(np.abs(np.nan_to_num(interval[:, column, places]) - values), 0.0)
     axes.barh(names, values, xerr=errors, color="#0072B2", height=0.7, ecolor="0.3")
     axes.set_xlabel("total Sobol' index")
-    axes.set_title(found.model.columns[column].label)
+    one = found.model.columns[column]
+    axes.set_title(one.label if isinstance(found.model, Knee) else one.title)
     axes.grid(axis="y", visible=False)
 
 

@@ -41,7 +41,7 @@ def _value(need: NeededAccuracy, value: float) -> str:
 
 def _answer(need: NeededAccuracy) -> str:
     model = need.model
-    name = model.columns[need.column].label
+    name = model.columns[need.column].title
     assert need.settings.within is not None
     goal = f"{name} is at most {_value(need, need.settings.within)}"
     reached = _value(need, need.largest_value)
