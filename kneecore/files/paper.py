@@ -21,6 +21,7 @@ from kneecore.study.comparison import compare_with_sampling
 
 __all__ = ["FORMAT"]
 
+_REFERENCE = ("authors", "title", "journal", "doi", "machine")
 _SAID = ("id", "section", "statement", "paper", "rule", "limit", "tolerance", "unit", "evidence")
 """What is kept of a claim."""
 
@@ -64,20 +65,30 @@ def from_dict(document: dict[str, Any]) -> PaperReport:
     verdicts = tuple(_read_verdict(table) for table in document["claims"])
     return PaperReport(
         paper=Paper(
-            reference={str(key): str(value) for key, value in document["paper"].items()},
+            reference={key: str(document["paper"][key]) for key in _REFERENCE},
             claims=tuple(verdict.claim for verdict in verdicts),
         ),
         verdicts=verdicts,
-        quick=bool(document["quick"]),
+        quick=_true_or_false(document, "quick"),
         seed=int(document["seed"]),
         title=str(document["baseline"]["title"]),
         note=document["baseline"]["note"],
         n_failed={str(key): int(value) for key, value in document["n_failed"].items()},
         machine=str(document["machine"]),
         seconds=float(document["seconds"]["total"]),
-        versions={str(key): str(value) for key, value in document["versions"].items()},
+        versions={
+            "kneecore": str(document["versions"]["kneecore"]),
+            **{str(key): str(value) for key, value in document["versions"].items()},
+        },
         experiments=None,
     )
+
+
+def _true_or_false(document: dict[str, Any], key: str) -> bool:
+    value = document[key]
+    if not isinstance(value, bool):
+        raise FileFormatError(f"`{key}` is {value!r}; true or false is allowed")
+    return value
 
 
 def _read_verdict(table: dict[str, Any]) -> Verdict:
