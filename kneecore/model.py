@@ -46,7 +46,7 @@ class Shape:
     points: FloatArray
     """Shape (n, 2), in `Model.picture_unit`."""
     kind: str = "line"
-    """`line`, `closed` (the last point is joined to the first) or `link` (dashed, with its ends)."""
+    """`line`, `closed` (end joined to start) or `link` (dashed, its ends marked)."""
     label: str = ""
 
 

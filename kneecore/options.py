@@ -21,6 +21,7 @@ def option(
     *,
     key: str | None = None,
     place: tuple[str, ...] | None = None,
+    metavar: str | None = None,
     default_factory: Callable[[], Any] | None = None,
 ) -> Any:
     """Return a dataclass field for an option.
@@ -33,8 +34,10 @@ def option(
         What command lines (with hyphens) and files call it; the field's name if not given.
     place : tuple of str, optional
         Where it stands in a result's JSON, from the top; under its key if not given.
+    metavar : str, optional
+        What stands for its value in a command line's help.
     """
-    metadata = {"key": key, "place": place}
+    metadata = {"key": key, "place": place, "metavar": metavar}
     if default_factory is not None:
         return field(default_factory=default_factory, metadata=metadata)
     return field(default=default, metadata=metadata)
@@ -51,6 +54,7 @@ class Option:
     place: tuple[str, ...]
     """Where it stands in a result's JSON."""
     type: Any
+    metavar: str | None
     default: Any
     help: str
     """What it does, from the docstring under the field."""
@@ -73,9 +77,9 @@ def _docstrings(settings: type[Any]) -> dict[str, str]:
     assert isinstance(tree, ast.ClassDef)
     found = {}
     for above, below in zip(tree.body, tree.body[1:], strict=False):
-        if isinstance(above, ast.AnnAssign) and isinstance(below, ast.Expr):
-            if isinstance(above.target, ast.Name) and isinstance(below.value, ast.Constant):
-                found[above.target.id] = " ".join(str(below.value.value).split())
+        pair = isinstance(above, ast.AnnAssign) and isinstance(below, ast.Expr)
+        if pair and isinstance(above.target, ast.Name) and isinstance(below.value, ast.Constant):
+            found[above.target.id] = " ".join(str(below.value.value).split())
     return found
 
 
@@ -106,6 +110,7 @@ def _options_of(settings: type[Any]) -> tuple[Option, ...]:
                 key=key,
                 place=one.metadata.get("place") or (key,),
                 type=hints[one.name],
+                metavar=one.metadata.get("metavar"),
                 default=default,
                 help=said[one.name],
             )

@@ -39,7 +39,7 @@ class Format:
     from_dict: Callable[[dict[str, Any]], Any]
     """The way back; raises `FileFormatError`."""
     others: Callable[[Any, bool], Iterator[tuple[str, bytes]]]
-    """The files beside it, (name, content) each; without figures if the second argument is false."""
+    """The files beside it, (name, content) each; no figures if the second argument is false."""
     stale: tuple[str, ...] = field(default=())
     """Names of files of an earlier result that must make way."""
 
@@ -109,6 +109,13 @@ class Presented:
         """Return the result as JSON-ready values, units in the keys."""
         return format_of(type(self)).to_dict(self)
 
+    def files(self, *, figures: bool = True) -> Iterator[tuple[str, bytes]]:
+        """Yield (file name, content) of what `save` writes, the JSON last."""
+        made: Iterator[tuple[str, bytes]] = _door("files.folder", "contents")(
+            self, format_of(type(self)), figures=figures
+        )
+        return made
+
     def to_json(self) -> str:
         """Return the result as JSON text, ending in a newline."""
         text: str = _door("files.folder", "to_json")(self.to_dict())
@@ -174,4 +181,5 @@ def load(path: str | Path) -> Any:
     FileFormatError
         If it cannot be read, or is no result of kneecore's; the message names the file.
     """
-    return _door("files.load", "load")(path)
+    read: Any = _door("files.load", "load")(path)
+    return read

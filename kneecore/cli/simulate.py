@@ -1,21 +1,15 @@
 """`python -m kneecore.simulate`: one knee through the load programme."""
 
-import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-from kneecore.cli import run as _cli
+from kneecore.cli import run
 from kneecore.errors import KneecoreError
 
-if TYPE_CHECKING:
-    from kneecore.knee.response import Response
-
 COMMAND = "python -m kneecore.simulate"
-SCHEMA = "kneecore.response/1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,31 +32,12 @@ class Options:
     """Print one JSON object instead of the table."""
 
 
-def _document(response: "Response", at_rest: "Response | None", title: str) -> dict[str, Any]:
-    from kneecore.numbers import plain
-
-    return {
-        "schema": SCHEMA,
-        "title": title,
-        "status": response.status,
-        "refinements": response.refinements,
-        "lost_at_nm": plain(response.lost_at),
-        "moment_nm": response.moment.tolist(),
-        "flexion_deg": plain(response.flexion, 180.0 / math.pi),
-        "tension_n": plain(response.tension),
-        "contact_force_n": plain(response.contact_force),
-        "indentation_mm": plain(response.indentation, 1e3),
-        "ap_position_mm": plain(response.ap_position, 1e3),
-        "settled": response.settled.tolist(),
-        "flexion_at_rest_deg": at_rest and plain(at_rest.flexion, 180.0 / math.pi),
-        "ligament_rest_length_mm": plain(response.rest_length, 1e3),
-    }
-
-
 def _run(options: Options) -> int:
+    from kneecore.files.folder import to_json
+    from kneecore.files.response import to_dict
     from kneecore.knee.file import packaged_knee, read_knee
     from kneecore.knee.response import simulate
-    from kneecore.report.tables import response_table
+    from kneecore.report.response import response_table
 
     knee = packaged_knee() if options.baseline is None else read_knee(options.baseline)
     x = knee.baseline if knee.current is None else knee.current
@@ -76,21 +51,19 @@ def _run(options: Options) -> int:
         )
     which = knee.title if knee.current is None else f"{knee.title}, current knee"
     if options.json:
-        _cli.put(
-            json.dumps(_document(response, at_rest, which), allow_nan=False, ensure_ascii=False)
-        )
+        run.put(to_json(to_dict(response, at_rest, which)).rstrip("\n"))
     else:
-        _cli.put(f"{which}. {knee.note or ''}".rstrip())
-        _cli.put(response_table(response, at_rest))
-    return _cli.DONE if response.status != "failed" else _cli.NO_ANSWER
+        run.put(f"{which}. {knee.note or ''}".rstrip())
+        run.put(response_table(response, at_rest))
+    return run.DONE if response.status != "failed" else run.NO_ANSWER
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = _cli.parse(Options, arguments, COMMAND)
+    options = run.parse(Options, arguments, COMMAND)
     try:
         return _run(options)
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error)
+        return run.fail(COMMAND, error)
     except KeyboardInterrupt:
-        return _cli.INTERRUPTED
+        return run.INTERRUPTED

@@ -1,20 +1,15 @@
 """Figures of how good a result is: the repair of a surrogate, and all methods' ways to theirs."""
 
-from typing import TYPE_CHECKING
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from kneecore.figures.search import STYLE
-from kneecore.search.rival import METHOD_NAMES
-
-if TYPE_CHECKING:
-    from kneecore.search.repair_history import Repair
-    from kneecore.search.result import SearchResult
+from kneecore.figures.style import STYLE, axis_label
+from kneecore.model import Model
+from kneecore.search.result import METHOD_NAMES, Repair, SearchResult
 
 
-def repair_figure(repair: "Repair") -> Figure:
+def repair_figure(repair: Repair, model: Model) -> Figure:
     """Return how f by the surrogate and by the true model came together."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 5.0), layout="constrained")
@@ -33,7 +28,7 @@ def repair_figure(repair: "Repair") -> Figure:
                 linewidth=1.4,
                 label=label,
             )
-        above.set_ylabel("f of the surrogate's optimum, deg")
+        above.set_ylabel(axis_label("f of the surrogate's optimum", model.objective_unit))
         above.set_title("Repair of the surrogate")
         above.legend(loc="upper right")
         gaps = [np.nan if r.gap_percent is None else abs(r.gap_percent) for r in repair.rounds]
@@ -62,31 +57,31 @@ _METHODS = {  # colour and the mark at a line's end
 }
 
 
-def convergence_figure(result: "SearchResult") -> Figure:
+def convergence_figure(result: SearchResult) -> Figure:
     """Return each method's best f in the true model against the true models that it ran."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 4.4), layout="constrained")
         axes = figure.add_subplot()
-        for rival in result.rivals:
-            if not rival.objective:
+        for trace in result.methods:
+            if not trace.objective:
                 continue
-            colour, marker = _METHODS[rival.method]
-            axes.step(rival.n_models, rival.objective, where="post", color=colour, linewidth=1.5)
+            colour, marker = _METHODS[trace.method]
+            axes.step(trace.n_models, trace.objective, where="post", color=colour, linewidth=1.5)
             axes.plot(
-                rival.n_models[-1],
-                rival.objective[-1],
+                trace.n_models[-1],
+                trace.objective[-1],
                 color=colour,
                 marker=marker,
                 markersize=6,
                 linestyle="none",
-                label=METHOD_NAMES[rival.method],
+                label=METHOD_NAMES[trace.method],
             )
         best = result.best_of_all
         if best is not None:
             axes.axhline(best, color="0.5", linewidth=0.8, linestyle=":")
         axes.set_xscale("log")
         axes.set_xlabel("true models run (log scale)")
-        axes.set_ylabel("best f in the true model, deg")
+        axes.set_ylabel(axis_label("best f in the true model", result.model.objective_unit))
         axes.set_title("How the methods come to their worst case")
         figure.legend(loc="outside lower center", ncols=2, fontsize=8)
         return figure

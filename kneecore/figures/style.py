@@ -23,9 +23,11 @@ from kneecore.model import Model
 __all__ = [
     "COLOURS",
     "LABELS",
+    "REST_DEG",
     "STYLE",
     "SURROGATE",
     "along",
+    "angle_axes",
     "axis_label",
     "curve",
     "output_slices",

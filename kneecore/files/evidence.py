@@ -3,24 +3,21 @@
 from typing import Any
 
 from kneecore.errors import FileFormatError
+from kneecore.files.model import number_or_none
 from kneecore.numbers import DIGITS, plain
-from kneecore.search.repair_history import Repair, RepairRound
-from kneecore.search.result import SearchResult
-from kneecore.search.rival import METHOD_NAMES, Rival
-from kneecore.search.sign_climb import Evidence
+from kneecore.search.result import (
+    METHOD_NAMES,
+    Evidence,
+    MethodTrace,
+    Repair,
+    RepairRound,
+    SearchResult,
+)
 
 
 def optional(value: float | None) -> float | None:
     """Return a number as files hold it."""
     return None if value is None else round(value, DIGITS)
-
-
-def number_or_none(table: dict[str, Any], key: str) -> float | None:
-    """Return a number of a table, or None."""
-    value = table[key]
-    if value is None or (isinstance(value, int | float) and not isinstance(value, bool)):
-        return None if value is None else float(value)
-    raise FileFormatError(f"`{key}` is {value!r}; a number or null is allowed")
 
 
 def evidence_table(evidence: Evidence | None) -> dict[str, Any] | None:
@@ -31,12 +28,12 @@ def evidence_table(evidence: Evidence | None) -> dict[str, Any] | None:
         "climbs": evidence.n_climbs,
         "share_reached": plain(evidence.share_reached),
         "second_best": optional(evidence.second_best),
-        "objective_at_rest": optional(evidence.objective_at_rest),
+        "objective_at_rest": optional(evidence.objective_proxy),
         "objective_before_climb": optional(evidence.objective_before_climb),
         "patterns": [{"signs": list(s), "objective": plain(f)} for s, f in evidence.patterns],
         "models_with_gradient": evidence.n_evaluations,
-        "models_lost": evidence.n_lost,
-        "models_in_motion": evidence.n_in_motion,
+        "models_lost": evidence.n_failed,
+        "models_in_motion": evidence.n_models,
     }
 
 
@@ -48,14 +45,14 @@ def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
         n_climbs=int(table["climbs"]),
         share_reached=float(table["share_reached"]),
         second_best=number_or_none(table, "second_best"),
-        objective_at_rest=number_or_none(table, "objective_at_rest"),
+        objective_proxy=number_or_none(table, "objective_at_rest"),
         objective_before_climb=number_or_none(table, "objective_before_climb"),
         patterns=tuple(
             (tuple(int(s) for s in p["signs"]), float(p["objective"])) for p in table["patterns"]
         ),
         n_evaluations=int(table["models_with_gradient"]),
-        n_lost=int(table["models_lost"]),
-        n_in_motion=int(table["models_in_motion"]),
+        n_failed=int(table["models_lost"]),
+        n_models=int(table["models_in_motion"]),
     )
 
 
@@ -105,25 +102,25 @@ def read_repair(table: dict[str, Any] | None) -> Repair | None:
 def comparison_table(result: SearchResult) -> dict[str, Any] | None:
     """Return what all methods find, each with its shortfall from the best of all, or None."""
     best = result.best_of_all
-    if not result.rivals or best is None:
+    if not result.methods or best is None:
         return None
     return {
         "best": optional(best),
         "methods": {
-            rival.method: {
-                "description": METHOD_NAMES[rival.method],
-                "promised": optional(rival.promised),
-                "objective_model": optional(rival.objective[-1] if rival.objective else None),
-                "shortfall_percent": optional(rival.shortfall_percent(best)),
-                "models": plain(rival.n_models),
-                "best_by_then": plain(rival.objective),
+            trace.method: {
+                "description": METHOD_NAMES[trace.method],
+                "promised": optional(trace.promised),
+                "objective_model": optional(trace.objective[-1] if trace.objective else None),
+                "shortfall_percent": optional(trace.shortfall_percent(best)),
+                "models": plain(trace.n_models),
+                "best_by_then": plain(trace.objective),
             }
-            for rival in result.rivals
+            for trace in result.methods
         },
     }
 
 
-def read_rivals(table: dict[str, Any] | None) -> tuple[Rival, ...]:
+def read_methods(table: dict[str, Any] | None) -> tuple[MethodTrace, ...]:
     """Return what `comparison_table` has told of the methods."""
     if table is None:
         return ()
@@ -133,7 +130,7 @@ def read_rivals(table: dict[str, Any] | None) -> tuple[Rival, ...]:
                 f"`comparison` names the method {name!r}; {', '.join(METHOD_NAMES)} are allowed"
             )
     return tuple(
-        Rival(
+        MethodTrace(
             method=name,
             promised=number_or_none(method, "promised"),
             n_models=tuple(float(n) for n in method["models"]),

@@ -51,7 +51,8 @@ def read_settings(kind: type[_Settings], document: dict[str, Any], **known: Any)
         if not there:
             continue
         if dataclasses.is_dataclass(one.default) and isinstance(value, dict):
-            value = type(one.default)(**value)
+            kind_of_value: Any = type(one.default)
+            value = kind_of_value(**value)
         elif isinstance(value, list):
             value = tuple(value)
         values[one.name] = value

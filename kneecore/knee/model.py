@@ -22,7 +22,7 @@ from kneecore.errors import ParameterError
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient
-from kneecore.knee.parameters import STRUCTURE, widened
+from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
 from kneecore.knee.picture import shapes
@@ -179,15 +179,15 @@ class Knee(Model):
         return True
 
     def to_free_unit(self, x: ArrayLike) -> FloatArray:
-        """Map knees, SI, to the free parameters' unit cube; 28 values have unchanged rest lengths."""
+        """Map knees, SI, to the free parameters' unit cube; 28 values change no rest length."""
         unit: FloatArray = self.space.to_unit(x)[..., self.free]
         return unit
 
     def _points(self, argument: str, x: ArrayLike) -> FloatArray:
         values = np.asarray(x)
-        if values.ndim > 0 and values.dtype.kind in "iuf" and values.shape[-1] != len(self.inputs):
-            if values.shape[-1] in (28, 32):
-                return widened(values, len(self.inputs))
+        numbers = values.ndim > 0 and values.dtype.kind in "iuf"
+        if numbers and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+            return widened(values, len(self.inputs))
         return super()._points(argument, x)
 
     def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:

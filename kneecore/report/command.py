@@ -1,36 +1,22 @@
-"""The command line that gives a result again."""
+"""The command line that gives a search's result again."""
 
+import dataclasses
 import shlex
-from dataclasses import fields
-from typing import TYPE_CHECKING
+from typing import Any
 
-import numpy as np
+from kneecore.knee.bounds import needs_file
+from kneecore.knee.model import Knee
+from kneecore.options import options_of
+from kneecore.search.result import SearchResult
+from kneecore.search.settings import SearchSettings
 
-from kneecore.knee.parameters import widened
-from kneecore.knee.space import ParameterSpace
-from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.search.settings import default_space
-
-if TYPE_CHECKING:
-    from kneecore.search.result import SearchResult
+__all__ = ["command_line"]
 
 
-def needs_file(space: ParameterSpace) -> bool:
-    """Tell whether a space can only be given as a knee file."""
-    packaged = ParameterSpace()
-    own = not np.array_equal(space.baseline, widened(packaged.baseline, len(space.baseline)))
-    return (
-        own
-        or not space.is_around_baseline
-        or space.half_ranges is not None
-        or space.title != packaged.title
-    )
-
-
-def command_line(result: "SearchResult") -> str:
-    """Return the command; options at their defaults are left out."""
-    space = result.space
-    words: list[tuple[str, object, object]] = [("--case", space.case, "both")]
+def _knee_words(knee: Knee) -> list[tuple[str, Any, Any]]:
+    """Return the options that choose the knees: (flag, value, default) each."""
+    space = knee.space
+    words: list[tuple[str, Any, Any]] = [("--case", space.case, "both")]
     if needs_file(space):
         words.append(("--baseline", "knee.toml", None))
         around = "baseline" if space.is_around_baseline else "current"
@@ -43,37 +29,46 @@ def command_line(result: "SearchResult") -> str:
             ("--rest-length-bound-mm", space.rest_length_bound_mm, 0.0),
             ("--rest-length-bound-percent", space.rest_length_bound_percent, 0.0),
         ]
-    words += [
-        ("--method", result.method, "ga"),
-        ("--solver", result.solver, "dynamics"),
-        (
-            "--space",
-            result.search_space,
-            default_space(result.method, repair=result.repair is not None),
-        ),
-        ("--training-samples", result.training_samples, 50),
-        ("--pop-size", result.pop_size, 200),
-        ("--generations", result.n_generations, 800),
-        ("--runs", result.n_runs, 1),
-        ("--objective", result.objective, "all"),
-        ("--seed", result.seed, 0),
-        ("--rest-length", result.rest_length, "recomputed"),
+    return [
+        *words,
+        ("--solver", knee.solver, "dynamics"),
+        ("--rest-length", knee.rest_length, "recomputed"),
     ]
-    if result.repair is not None:
-        words += [
-            ("--repair-gap-percent", result.repair.goal_percent, 1.0),
-            ("--repair-models", result.repair.max_models, 40),
-        ]
-    usual = GeneticOptions()
-    for option in fields(GeneticOptions):
-        name = option.name
-        flag = f"--ga.{name.replace('_', '-')}"
-        words.append((flag, getattr(result.options, name), getattr(usual, name)))
-    given = [
-        f"{flag} {shlex.quote(str(value))}" for flag, value, default in words if value != default
-    ]
-    if result.repair is not None:
-        given.append("--repair")
-    if result.rivals:
+
+
+def _setting_words(settings: SearchSettings) -> list[tuple[str, Any, Any]]:
+    """Return the options of the search: (flag, value, default) each."""
+    words: list[tuple[str, Any, Any]] = []
+    for one in options_of(SearchSettings):
+        value, default = getattr(settings, one.name), one.default
+        if one.name == "search_space":
+            default = settings.default_space(gradient=True)
+        if dataclasses.is_dataclass(default):
+            words += [
+                (f"{one.flag}.{f.name.replace('_', '-')}", getattr(value, f.name), f.default)
+                for f in dataclasses.fields(default)
+            ]
+        else:
+            words.append((one.flag, value, default))
+    return words
+
+
+def _said(flag: str, value: Any) -> str:
+    if value is True:
+        return flag
+    values = value if isinstance(value, tuple) else (value,)
+    return " ".join([flag, *(shlex.quote(str(v)) for v in values)])
+
+
+def command_line(result: SearchResult) -> str | None:
+    """Return the command; options at their defaults are left out. None for a model of one's own.
+
+    Where the space is not the packaged one it reads the `knee.toml` that `save` writes.
+    """
+    if not isinstance(result.model, Knee):
+        return None
+    words = [*_knee_words(result.model), *_setting_words(result.settings)]
+    given = [_said(flag, value) for flag, value, default in words if value != default]
+    if result.methods:
         given.append("--compare")
     return " ".join(["python -m kneecore.search", *given])

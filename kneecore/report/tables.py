@@ -1,20 +1,13 @@
 """Plain tables for terminals and notebooks."""
 
 import io
-import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
-
-from kneecore.knee.parameters import LIGAMENTS
-
-if TYPE_CHECKING:
-    from kneecore.knee.response import Response
 
 WIDTH = 100
 
@@ -52,39 +45,16 @@ def table(title: str, *columns: str) -> Table:
     return made
 
 
-def degrees(value: float) -> str:
-    """Return an angle (rad) as text in deg."""
-    return f"{np.degrees(value):.2f}" if np.isfinite(value) else "failed"
+def number(value: float, digits: int = 2) -> str:
+    """Return a number as text; `failed` where there is none."""
+    return f"{value:.{digits}f}" if np.isfinite(value) else "failed"
 
 
-def response_table(
-    response: "Response", at_rest: "Response | None" = None, *, html: bool = False
-) -> str:
-    """Return one knee's response as text or HTML, with the angles `at_rest` if they are given."""
-    columns = ["load N m", "flexion deg"] + [f"{name.upper()} N" for name in LIGAMENTS]
-    columns += ["contact N", "indent mm", "AP mm", "settled"]
-    beside = at_rest is not None and math.isnan(at_rest.lost_at)
-    if beside:
-        columns.append("at rest")
-    rows = table(f"Response (status: {response.status})", *columns)
-    rows.collapse_padding = True  # all columns fit the width
-    for k in np.argsort(-response.moment):
-        numbers = [*response.tension[k], response.contact_force[k]]
-        rows.add_row(
-            f"{response.moment[k]:+g}",
-            degrees(response.flexion[k]),
-            *(f"{v:.1f}" for v in numbers),
-            f"{1e3 * response.indentation[k]:.2f}",
-            f"{1e3 * response.ap_position[k]:.2f}",
-            "yes" if response.settled[k] else "no",
-            *([degrees(at_rest.flexion[k])] if at_rest is not None and beside else []),
-        )
-    rest = ", ".join(
-        f"{name.upper()} {1e3 * value:.3f}"
-        for name, value in zip(LIGAMENTS, response.rest_length, strict=True)
-    )
-    below = [Text(f"Rest lengths, mm: {rest}")]
-    lost_at = response.lost_at if at_rest is None else at_rest.lost_at
-    if not math.isnan(lost_at):
-        below.append(Text(f"No equilibrium could be followed to {lost_at:+g} N m: dynamics shown."))
-    return render([rows, *below], html=html)
+def significant(value: float) -> str:
+    """Return a number of unknown size as text."""
+    return f"{value:.6g}" if np.isfinite(value) else "failed"
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Return a number's text with its unit behind it."""
+    return f"{text} {unit}" if unit and unit != "-" else text

@@ -31,7 +31,7 @@ class SearchSettings:
     method: Method = option("ga")
     """The paper's genetic algorithm, or climbs with exact gradients (no pop-size, generations, runs
     or ga options)."""
-    search_space: SearchSpace | None = option(None, key="space")
+    search_space: SearchSpace | None = option(None, key="space", metavar="{surrogate,model}")
     """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
     exact values). Unset: the surrogate with ga or repair, the model with exact where it has
     gradients."""
@@ -55,7 +55,7 @@ class SearchSettings:
     objective: str = option("all")
     """Which of the model's outputs count: all, or a group or an output by its name (the knee's
     loads: extension or flexion)."""
-    weights: tuple[float, ...] | None = option(None)
+    weights: tuple[float, ...] | None = option(None, metavar="W [W ...]")
     """Weight of each number that the model returns in the difference of two models; unset: 1
     each."""
     seed: int = option(0)

@@ -1,4 +1,4 @@
-"""The options that choose a space of knees: the same on every command line."""
+"""The options that choose the knees: the same on every command line."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 if TYPE_CHECKING:
+    from kneecore.knee.model import Knee
     from kneecore.knee.space import ParameterSpace
 
 Millimetres = Annotated[float | None, tyro.conf.arg(metavar="MM")]
@@ -37,14 +38,8 @@ class SpaceOptions:
     """A knee file (TOML) of your own: values, units, half-ranges, sources."""
     around: Literal["baseline", "current"] = "baseline"
     """The knee in the middle of the bounds: the file's baseline, or its current knee."""
-    rest_length: Literal["recomputed", "fixed"] = "recomputed"
-    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
-    seed: int = 0
-    """The same seed gives the same result, on any number of threads."""
-    threads: Count = None
-    """Threads for the true model. Unset: all cores."""
 
-    def knees(self) -> "ParameterSpace":
+    def space_of_knees(self) -> "ParameterSpace":
         """Return the space; raises what `ParameterSpace` and `ParameterSpace.from_file` raise."""
         from kneecore.errors import ParameterError
         from kneecore.knee.space import ParameterSpace
@@ -69,3 +64,40 @@ class SpaceOptions:
                 f"`around` is {self.around!r}; it needs a `baseline` file with a current knee"
             )
         return ParameterSpace(case=self.case, **bounds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class KneeOptions(SpaceOptions):
+    """Which knees are possible, and how they are computed."""
+
+    rest_length: Literal["recomputed", "fixed"] = "recomputed"
+    """Ligaments strain-free in each knee's own load-free pose, or as long as the baseline's."""
+    solver: Literal["dynamics", "equilibrium"] = "dynamics"
+    """The response of the true model: its motion over 23 s, or the knee at rest under each load."""
+    threads: Count = None
+    """Threads for the true model. Unset: all cores."""
+
+    def knee(self) -> "Knee":
+        """Return the knees; raises what `kneecore.Knee` and its space raise."""
+        from kneecore.knee.model import Knee
+
+        return Knee(
+            self.space_of_knees(),
+            solver=self.solver,
+            rest_length=self.rest_length,
+            threads=self.threads,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """Where what was computed goes."""
+
+    out: Folder = None
+    """Write the result's files (JSON, CSV, figures as PNG and SVG) to this folder."""
+    force: bool = False
+    """Overwrite a result that is in the folder already."""
+    json: bool = False
+    """Print the result as one JSON object and nothing else on stdout."""
+    quiet: bool = False
+    """Show no progress."""
