@@ -1,7 +1,6 @@
 """The paper redone: claims, measures, verdicts, and the report as a reader gets it."""
 
 import base64
-import json
 import re
 
 import numpy as np

@@ -14,6 +14,7 @@ from kneecore.paper.claims import packaged_paper
 
 CLAIMS = packaged_paper().claims
 
+
 @pytest.fixture(scope="module")
 def folder(report, tmp_path_factory):
     folder = tmp_path_factory.mktemp("saved") / "paper"
