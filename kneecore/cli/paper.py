@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kneecore.cli import run as _cli
-from kneecore.cli.space_options import Count, File, Folder
+from kneecore.cli import run
+from kneecore.cli.knee_options import Count, File, Folder
 from kneecore.errors import KneecoreError
 
 if TYPE_CHECKING:
@@ -74,18 +74,18 @@ def _save(options: Options, report: "PaperReport", show: "Callback") -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = _cli.parse(Options, arguments, COMMAND)
+    options = run.parse(Options, arguments, COMMAND)
     from kneecore.cli.progress import ProgressDisplay
     from kneecore.progress import Cancelled
 
     saved = "nothing was saved"
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
-            report, interrupted = _cli.run_cancellable(
+            report, interrupted = run.run_cancellable(
                 lambda stop: _redo(options, stop, show), COMMAND, show.close
             )
         # Printed first: a folder that cannot be written takes nothing away.
-        _cli.put(report.to_json().rstrip() if options.json else str(report))
+        run.put(report.to_json().rstrip() if options.json else str(report))
         if interrupted:  # after the last step
             raise Cancelled
         if options.out is not None:
@@ -95,8 +95,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not options.quiet:
                 print(f"{COMMAND}: {saved}", file=sys.stderr)
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error, options, {"folder": "--out"})
+        return run.fail(COMMAND, error, options, {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
         print(f"{COMMAND}: interrupted; {saved}", file=sys.stderr)
-        return _cli.INTERRUPTED
-    return _cli.DONE
+        return run.INTERRUPTED
+    return run.DONE
