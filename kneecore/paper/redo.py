@@ -29,7 +29,8 @@ def _checked(knee: Any) -> Knee:
     """Return a knee that is computed as the paper computes its own; the packaged one for None."""
     if not isinstance(knee, Knee | None):
         raise ParameterError(
-            f"`knee` is {knee!r}; a kneecore.Knee is allowed, such as kneecore.Knee(space)"
+            f"`knee` is of type {type(knee).__name__}; a kneecore.Knee is allowed, such as "
+            "kneecore.Knee(space)"
         )
     knee = knee or Knee()
     for name, paper in (("solver", "dynamics"), ("rest_length", "recomputed")):

@@ -47,6 +47,9 @@ class PaperReport(Presented):
     """Everything that the claims were judged by; None for a report that was read from a file, which
     holds the verdicts and their numbers."""
 
+    def __repr__(self) -> str:
+        return f"PaperReport({self.summary()!r})"
+
     def by_outcome(self, outcome: Outcome) -> tuple[Verdict, ...]:
         """Return the verdicts with an outcome."""
         return tuple(v for v in self.verdicts if v.outcome == outcome)

@@ -112,6 +112,7 @@ def test_a_quick_run_says_that_it_is_one(report):
     assert report.quick
     assert "preview" in report.markdown()
     assert "Quick" in str(report)
+    assert repr(report) == f"PaperReport({report.summary()!r})"
     assert all(verdict.outcome in OUTCOMES for verdict in report.verdicts)
     times = [v for v in report.verdicts if v.claim.id.startswith("time_")]
     assert times
