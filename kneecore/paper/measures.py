@@ -130,7 +130,7 @@ def early_pcl_ratio(done: Experiments) -> float:
 
 def beyond_sampling_deg(done: Experiments) -> float:
     """How far the nearer worst case lies outside of mean +- 3 sd at 5 N m of extension."""
-    spread = done.sampling.flexion_deg
+    spread = done.sampling.y
     below = spread.sigma_lower[LARGEST_EXTENSION] - model_1_extension_deg(done)
     above = model_2_extension_deg(done) - spread.sigma_upper[LARGEST_EXTENSION]
     return float(np.minimum(below, above))
@@ -165,7 +165,7 @@ def material_share(done: Experiments) -> float:
 
 def sampled_upper_extension_deg(done: Experiments) -> float:
     """Mean + 3 sd of the sampled angle at 5 N m of extension."""
-    return float(done.sampling.flexion_deg.sigma_upper[LARGEST_EXTENSION])
+    return float(done.sampling.y.sigma_upper[LARGEST_EXTENSION])
 
 
 def gap_percent(done: Experiments) -> FloatArray:

@@ -59,7 +59,7 @@ def searches(done: Experiments) -> list[Block]:
 def sampling(done: Experiments) -> list[Block]:
     """Return what the samples say."""
     drawn = done.sampling
-    spread = drawn.flexion_deg
+    spread = drawn.y
     rows = [
         (f"{MOMENT[k]:+g}",)
         + tuple(
@@ -73,7 +73,7 @@ def sampling(done: Experiments) -> list[Block]:
         Heading("Sampling"),
         Paragraph(
             f"{drawn.n_samples:,} uniform samples of the true model: {drawn.n_failed} failed and "
-            f"left out, {drawn.n_refined} with a smaller time step, {drawn.n_unsettled:,} not at "
+            f"left out, {drawn.counts['refined']} with a smaller time step, {drawn.counts['unsettled']:,} not at "
             "rest at some load."
         ),
         Table(columns, rows),

@@ -97,7 +97,7 @@ def test_forces_at_an_angle_are_read_off_the_curve(report):
 @pytest.mark.parametrize(("below", "above"), [(2.0, 5.0), (7.0, 3.0), (4.0, -1.0), (-2.0, 6.0)])
 def test_beyond_sampling_is_what_the_nearer_knee_lies_outside(report, below, above):
     done = report.experiments
-    spread, load = done.sampling.flexion_deg, int(np.argmax(kneecore.MOMENT))
+    spread, load = done.sampling.y, int(np.argmax(kneecore.MOMENT))
     knees = {}
     for name, angle in (
         ("model_1", spread.mean[load] - 3.0 * spread.sd[load] - below),
