@@ -32,14 +32,14 @@ def _checked(knee: Any) -> Knee:
             f"`knee` is of type {type(knee).__name__}; a kneecore.Knee is allowed, such as "
             "kneecore.Knee(space)"
         )
-    knee = knee or Knee()
+    checked: Knee = Knee() if knee is None else knee
     for name, paper in (("solver", "dynamics"), ("rest_length", "recomputed")):
-        value = getattr(knee, name)
+        value = getattr(checked, name)
         if value != paper:
             raise ParameterError(
                 f"`knee` has the {name} {value!r}; {paper!r} is allowed, as in the paper"
             )
-    return knee
+    return checked
 
 
 def redo_paper(

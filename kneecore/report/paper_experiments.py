@@ -7,12 +7,13 @@ import numpy as np
 from kneecore.figures.paper import CAPTIONS, INFLUENCE_FIGURE
 from kneecore.knee.extension import extension_difference_percent
 from kneecore.knee.parameters import LIGAMENTS
-from kneecore.knee.response import MOMENT
+from kneecore.knee.response import LARGEST_EXTENSION, LARGEST_FLEXION, MOMENT
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.geometry_changes import ATTACHMENTS, GeometryChange, geometry_changes
 from kneecore.paper.measures import ap_slopes
 from kneecore.paper.verdict import shown
 from kneecore.report.blocks import Block, Heading, Paragraph, Picture, Table
+from kneecore.report.influence import answer
 from kneecore.search.result import MODELS, SearchResult
 
 __all__ = ["figures", "influence", "sampling", "searches"]
@@ -73,8 +74,8 @@ def sampling(done: Experiments) -> list[Block]:
         Heading("Sampling"),
         Paragraph(
             f"{drawn.n_samples:,} uniform samples of the true model: {drawn.n_failed} failed and "
-            f"left out, {drawn.counts['refined']} with a smaller time step, {drawn.counts['unsettled']:,} not at "
-            "rest at some load."
+            f"left out, {drawn.counts['refined']} with a smaller time step, "
+            f"{drawn.counts['unsettled']:,} not at rest at some load."
         ),
         Table(columns, rows),
     ]
@@ -169,7 +170,7 @@ def influence(done: Experiments) -> list[Block]:
         Heading("Which parameters decide"),
         Paragraph(
             "A worst case does not tell which parameters matter most. Sobol' indices of the true "
-            f"model do: {found.answer(5.0)} {found.answer(-5.0)} "
+            f"model do: {answer(found, LARGEST_EXTENSION)} {answer(found, LARGEST_FLEXION)} "
             f"({found.indices.n_evaluations:,} models.)"
         ),
         Picture(f"{INFLUENCE_FIGURE}.png", CAPTIONS[INFLUENCE_FIGURE]),

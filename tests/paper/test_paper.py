@@ -17,10 +17,12 @@ from kneecore import (
     ParameterSpace,
     redo_paper,
 )
+from kneecore.knee.response import LARGEST_EXTENSION
 from kneecore.paper.claims import packaged_paper
 from kneecore.paper.measures import MEASURES
 from kneecore.paper.verdict import OUTCOMES, judge
 from kneecore.report.blocks import Heading, Paragraph, Table, to_html, to_markdown
+from kneecore.report.influence import answer
 from kneecore.report.paper import TIMES, report_blocks
 
 CLAIMS = packaged_paper().claims
@@ -136,9 +138,9 @@ def test_another_knee_gets_other_verdicts(report, other):
 
 
 def test_what_the_paper_leaves_open_is_answered(report):
-    answer = report.experiments.influence.answer(5.0)
-    assert answer in report.html().replace("&#x27;", "'")
-    assert report.experiments.influence.deciding(5.0, 1) == ["condyle_x"]
+    found = report.experiments.influence
+    assert answer(found) in report.html().replace("&#x27;", "'")
+    assert found.deciding(LARGEST_EXTENSION, 1) == ["condyle_x"]
 
 
 def test_a_surrogates_value_never_stands_alone(report):
