@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
+from kneecore.figures.influence import bars_figure
+from kneecore.figures.monte_carlo import band_figure
 from kneecore.figures.search import draw as draw_search
-from kneecore.figures.study import band_figure, bars_figure
 from kneecore.paper.result import PaperReport
 
 __all__ = ["CAPTIONS", "INFLUENCE_FIGURE", "draw"]

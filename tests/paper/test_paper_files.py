@@ -25,7 +25,7 @@ def folder(report, tmp_path_factory):
 
 
 def test_a_report_comes_back_with_what_its_file_holds(report, folder):
-    for read in (PaperReport.load(folder), kneecore.load(folder / "paper.json")):
+    for read in (PaperReport.load(folder), kneecore.load(folder)):
         assert isinstance(read, PaperReport)
         assert read.to_json() == report.to_json() == (folder / "paper.json").read_text()
         assert str(read) == str(report)
