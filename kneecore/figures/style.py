@@ -29,9 +29,12 @@ __all__ = [
     "along",
     "angle_axes",
     "axis_label",
+    "column_label",
     "curve",
+    "grid_of",
     "output_slices",
     "render",
+    "size_label",
     "through_rest",
 ]
 
@@ -70,6 +73,32 @@ def render(
 def axis_label(name: str, unit: str) -> str:
     """Return an axis's label: `gain, dB`."""
     return f"{name}, {unit}" if unit else name
+
+
+def column_label(model: Model, column: int) -> str:
+    """Return the axis label of one of a model's outputs."""
+    one = model.columns[column]
+    if isinstance(model, Knee):
+        return f"knee angle at {one.label}, deg (flexion > 0)"
+    name = f"{one.output.name} at {one.label}" if one.alone and one.at is not None else one.label
+    return axis_label(name, one.output.unit)
+
+
+def size_label(model: Model) -> str:
+    """Return the axis label of the size of a model's bounds."""
+    sign = "± " if isinstance(model, Knee) else ""
+    return axis_label(model.size_name, sign + model.size_unit if model.size_unit else "")
+
+
+def grid_of(n: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with a place for each of `n` outputs, two side by side."""
+    n_columns = min(n, 2)
+    n_rows = -(-n // n_columns)
+    figure = Figure(figsize=(6.0 * n_columns, 4.2 * n_rows), layout="constrained")
+    grid = np.atleast_1d(figure.subplots(n_rows, n_columns)).ravel()
+    for axes in grid[n:]:
+        axes.set_axis_off()
+    return figure, list(grid[:n])
 
 
 def through_rest(model: Model) -> float | None:

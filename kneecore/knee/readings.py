@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ParameterError
 from kneecore.knee.response import LARGEST_EXTENSION, MOMENT
 
-__all__ = ["DEFICIT", "READINGS", "reading"]
+__all__ = ["DEFICIT", "READINGS", "deficit_deg", "over_extension_deg", "reading"]
 
 FloatArray = NDArray[np.float64]
 
@@ -38,3 +38,13 @@ def reading(flexion_deg: ArrayLike, name: str) -> FloatArray:
         return np.maximum(angles[..., LARGEST_EXTENSION], 0.0)
     load = next(k for k, m in enumerate(MOMENT) if f"{m:+g} N m" == name)
     return np.asarray(angles[..., load])
+
+
+def deficit_deg(pair_deg: FloatArray) -> FloatArray:
+    """Return what the second knee of pairs (n, 2) at the largest extension lacks of straight."""
+    return np.maximum(pair_deg[:, 1], 0.0)
+
+
+def over_extension_deg(pair_deg: FloatArray) -> FloatArray:
+    """Return how far the first knee of pairs (n, 2) at the largest extension over-extends."""
+    return np.maximum(-pair_deg[:, 0], 0.0)

@@ -65,9 +65,7 @@ def best_pair(model: Model, weights: FloatArray, *, seed: int, steps: Steps) -> 
     return _in_repaired_surrogate(model, weights, seed, steps)
 
 
-def _in_repaired_surrogate(
-    model: Model, weights: FloatArray, seed: int, steps: Steps
-) -> PairFound:
+def _in_repaired_surrogate(model: Model, weights: FloatArray, seed: int, steps: Steps) -> PairFound:
     usual = SearchSettings()
     settings = SearchSettings(
         repair=True,

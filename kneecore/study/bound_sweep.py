@@ -11,7 +11,7 @@ array([209.9, 421.1])
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ class BoundSweep(Presented):
     """With the bounds that were stated. Read from a file, a model that is no knee has no
     function."""
     settings: BoundSweepSettings
+    """What was asked for, with nothing left open."""
     column: int
     """The output that is watched, one of the m numbers that the model returns."""
     size: FloatArray
@@ -88,7 +89,7 @@ def bound_sweep(
     objective, pair, extremes, seconds = zip(*found, strict=True)
     return BoundSweep(
         model=model,
-        settings=settings,
+        settings=replace(settings, sizes=tuple(float(size) for size in sizes)),
         column=model.watched,
         size=np.array(sizes, dtype=np.float64),
         objective=np.array(objective),

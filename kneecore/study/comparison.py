@@ -81,6 +81,4 @@ def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Compa
     excess = np.maximum(np.maximum(lower - worst.y, worst.y - upper), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):  # an output that does not vary
         share = excess / (upper - lower)
-    return Comparison(
-        model=study.model, excess=excess, excess_share=share, below=study.below
-    )
+    return Comparison(model=study.model, excess=excess, excess_share=share, below=study.below)

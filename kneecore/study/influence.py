@@ -42,8 +42,9 @@ class InfluenceResult(Presented):
     settings: InfluenceSettings
     names: tuple[str, ...]
     """The free inputs, in the order of the indices' second axis."""
-    group_of: Mapping[str, str]
-    """Which group each free input belongs to; empty where there are none."""
+    groups: Mapping[str, FloatArray]
+    """First-order indices summed over each group's inputs, shape (m,) each; empty where the model
+    has no groups."""
     indices: Indices
     """First axis the m outputs, second axis the free inputs."""
     seconds: Mapping[str, float]
@@ -51,15 +52,9 @@ class InfluenceResult(Presented):
     versions: Mapping[str, str]
 
     @property
-    def groups(self) -> dict[str, FloatArray]:
-        """First-order indices summed over each group's inputs, shape (m,) each."""
-        sums: dict[str, FloatArray] = {}
-        for k, name in enumerate(self.names):
-            if name in self.group_of:
-                group = self.group_of[name]
-                before = sums.get(group, np.zeros(len(self.indices.constant)))
-                sums[group] = before + self.indices.first_order[:, k]
-        return sums
+    def told_alone(self) -> list[int]:
+        """Outputs that are told apart from the others: the watched one, and the order's end."""
+        return list(dict.fromkeys([self.model.watched, self.model.order[-1]]))
 
     def deciding(self, column: int, count: int = 5) -> list[str]:
         """Return the inputs with the largest total indices in an output, largest first.
@@ -121,12 +116,21 @@ def influence(
         model=model,
         settings=settings,
         names=model.free_names,
-        group_of={n: model.groups[n] for n in model.free_names if n in model.groups},
+        groups=_sums_of_groups(model, found.first_order),
         indices=found,
         seconds={"total": time.perf_counter() - start},
         threads=thread_count(model.threads),
         versions=versions(),
     )
+
+
+def _sums_of_groups(model: Model, first_order: FloatArray) -> dict[str, FloatArray]:
+    sums: dict[str, FloatArray] = {}
+    for k, name in enumerate(model.free_names):
+        group = model.groups.get(name)
+        if group is not None:
+            sums[group] = sums.get(group, np.zeros(len(first_order))) + first_order[:, k]
+    return sums
 
 
 def _indices(model: Model, settings: InfluenceSettings, callback: Callback | None) -> Indices:

@@ -48,6 +48,8 @@ class TrainingSweep(Presented):
     """f of the best pair by the surrogate."""
     objective_model: FloatArray
     """f of the same pair in the true model; NaN if one of the two fails there."""
+    gap_percent: FloatArray
+    """100 (surrogate - model) / surrogate of the best pair."""
     rank_f: FloatArray
     """Spearman's rank correlation of f by surrogate and by model, over random pairs of models that
     are new to the surrogate."""
@@ -65,11 +67,6 @@ class TrainingSweep(Presented):
     def size(self) -> NDArray[np.int64]:
         """Model runs that the surrogates learned from, shape (n,)."""
         return np.array(self.settings.sizes, dtype=np.int64)
-
-    @property
-    def gap_percent(self) -> FloatArray:
-        """100 (surrogate - model) / surrogate of the best pair."""
-        return 100.0 * (1.0 - self.objective_model / self.objective_surrogate)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,13 +150,18 @@ def _sweep(
         return np.array(values, dtype=np.float64).reshape(shape)
 
     outcomes = [j.outcome for j in judged]
+    promised = table([o.objective_surrogate for o in outcomes])
+    kept = table([o.objective_model for o in outcomes])
+    with np.errstate(divide="ignore", invalid="ignore"):  # a surrogate of what does not vary
+        gap = 100.0 * (1.0 - kept / promised)
     failed = [o.training.n_failed if o.training else 0 for o in outcomes]
     return TrainingSweep(
         model=model,
         settings=settings,
         n_failed=np.array(failed, dtype=np.int64).reshape(shape),
-        objective_surrogate=table([o.objective_surrogate for o in outcomes]),
-        objective_model=table([o.objective_model for o in outcomes]),
+        objective_surrogate=promised,
+        objective_model=kept,
+        gap_percent=gap,
         rank_f=table([j.judgement.rank_f for j in judged]),
         rank_outputs=table([j.judgement.worst_rank for j in judged]),
         rms_error=table([j.judgement.rms_all for j in judged]),
