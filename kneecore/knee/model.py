@@ -6,12 +6,13 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore.errors import ParameterError
+from kneecore._arguments import callback_or_none, choice
+from kneecore._threads import thread_count
 from kneecore.knee.parameters import check_physical
 from kneecore.knee.physics.dynamics import flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
 from kneecore.knee.response import MOMENT, RestLength, Solver, prepare
-from kneecore.knee.space import ParameterSpace
+from kneecore.knee.space import ParameterSpace, check_space
 from kneecore.progress import Callback
 from kneecore.search.settings import PairSettings
 from kneecore.search.training import Training, train
@@ -30,10 +31,8 @@ def load_weights(objective: str) -> FloatArray:
     ParameterError
         If `objective` is not `all`, `extension` or `flexion`.
     """
-    if objective not in get_args(Objective):
-        raise ParameterError(
-            f"`objective` is {objective!r}; 'all', 'extension' or 'flexion' is allowed"
-        )
+    said = "'all', 'extension' or 'flexion' is allowed"
+    objective = choice("objective", objective, get_args(Objective), said)
     if objective == "all":
         return np.ones(len(MOMENT))
     return np.where((MOMENT > 0) == (objective == "extension"), 1.0, 0.0)
@@ -141,6 +140,10 @@ def fit_surrogate(
     ParameterError, ModelError
         If there are too few samples, or too many of them failed.
     """
+    check_space(space)
+    callback_or_none(callback)
+    choice("rest_length", rest_length, get_args(RestLength))
+    thread_count(threads)
     settings = PairSettings(training_samples=n_samples, seed=seed)
     model = KneeModel(space, rest_length, threads)
     return KneeSurrogate(space=space, training=train(model, space.n_free, settings, callback))

@@ -9,12 +9,14 @@ the border (files, command line, screen). The order of the table is the order of
 values, half-ranges and sources are in the packaged ``baseline.toml`` (see `kneecore.knee.file`).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee import units
 
@@ -143,6 +145,12 @@ _UNITS = tuple(row[3] for row in STRUCTURE)
 _STIFFNESS = np.array([name.endswith("_stiffness") for name in ALL_NAMES])
 _POSITIVE = np.array([name in ("condyle_radius", "youngs_modulus") for name in ALL_NAMES])
 _POISSON = NAMES.index("poissons_ratio")
+# What no knee of man or beast comes near, and a number in the wrong unit passes: half a metre, a
+# plateau that stands upright, 10^7 N/mm^2, and a modulus of 10^6 MPa, that of diamond.
+_LARGEST_BY_UNIT = {"mm": 0.5, "deg": math.radians(90.0), "N/mm^2": 1e13, "MPa": 1e12, "-": 1.0}
+LARGEST = np.array([_LARGEST_BY_UNIT[unit] for unit in _UNITS])
+"""Largest size of each parameter's value that is taken for a knee's, SI, shape (32,)."""
+LARGEST.setflags(write=False)
 
 
 def in_display_unit(index: int, value: float) -> str:
@@ -167,7 +175,17 @@ def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:
         if broken.any():
             row, column = np.unravel_index(int(np.argmax(broken)), broken.shape)
             return int(row), int(column), allowed
-    return None
+    return _first_absurd(values)
+
+
+def _first_absurd(values: FloatArray) -> tuple[int, int, str] | None:
+    """Return the same of the first value that is too large for a knee."""
+    absurd = np.abs(values) > LARGEST[: values.shape[1]]
+    if not absurd.any():
+        return None
+    row, column = np.unravel_index(int(np.argmax(absurd)), absurd.shape)
+    largest = in_display_unit(int(column), LARGEST[column])
+    return int(row), int(column), f"at most {largest} either way is allowed; is the unit right?"
 
 
 def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
@@ -185,16 +203,11 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
     ------
     ParameterError
         For a wrong shape, a value that is not finite, a negative stiffness, a radius or a Young's
-        modulus that is not positive, or a Poisson's ratio outside (-1, 0.5).
+        modulus that is not positive, a Poisson's ratio outside (-1, 0.5), or a value that is too
+        large for any knee (`LARGEST`), such as mm written as m.
     """
-    try:
-        if np.iscomplexobj(values):
-            raise TypeError
-        array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise ParameterError(
-            f"`{argument}` is not an array of numbers; {N_PARAMETERS} numbers a model are allowed"
-        ) from None
+    said = f"{N_PARAMETERS} numbers a model are allowed"
+    array = np.array(numbers(argument, values, said), order="C")
     if array.ndim not in (1, 2) or array.shape[-1] not in (N_PARAMETERS, len(ALL_NAMES)):
         raise ParameterError(
             f"`{argument}` has shape {array.shape}; "
@@ -228,7 +241,7 @@ def widened(x: ArrayLike, width: int) -> FloatArray:
     ParameterError
         If a rest length that is changed would be left out.
     """
-    values = np.asarray(x, dtype=np.float64)
+    values = numbers("x", x)
     missing = width - values.shape[-1]
     if missing > 0:
         return np.concatenate([values, np.zeros((*values.shape[:-1], missing))], axis=-1)
