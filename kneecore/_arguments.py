@@ -24,6 +24,7 @@ __all__ = [
     "flag",
     "number",
     "numbers",
+    "one_line",
     "shown",
     "text",
     "whole_number",
@@ -166,6 +167,17 @@ def text(name: str, value: Any, longest: int) -> str:
             f"`{name}` is {shown(value)}, with half a character in it; text is allowed"
         ) from None
     return value
+
+
+def one_line(name: str, value: Any, longest: int) -> str:
+    """Return a checked `text` in one line: a title of several passes for other lines of a report.
+
+    Raises
+    ------
+    ParameterError
+        As `text`.
+    """
+    return " ".join(text(name, value, longest).split())
 
 
 def file_name(name: str, value: Any) -> str:

@@ -12,7 +12,7 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore import _untrusted
-from kneecore._arguments import file_name, flag, numbers, shown
+from kneecore._arguments import file_name, flag, numbers, one_line, shown
 from kneecore._arguments import text as checked_text
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
@@ -72,11 +72,6 @@ def _text(where: str, value: Any) -> str:
         return checked_text(where, value, LONGEST_TEXT).strip()
     except ParameterError as error:
         raise FileFormatError(str(error)) from None
-
-
-def _line(where: str, value: Any) -> str:
-    """Return a text as one line: a title of several could pass for other lines of a report."""
-    return " ".join(_text(where, value).split())
 
 
 def _table(where: str, value: Any) -> Mapping[str, Any]:
@@ -164,13 +159,14 @@ def parse_knee(text: str | bytes) -> Knee:
             index = names.index(name)
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
+    title = _text("title", document.get("title", "Untitled knee"))
     note = _text("note", document["note"]) if "note" in document else None
     half_ranges = np.array(halves)
     for array in (baseline, half_ranges, current):
         if array is not None:
             array.setflags(write=False)
     return Knee(
-        title=_line("title", document.get("title", "Untitled knee")),
+        title=one_line("title", title, LONGEST_TEXT),
         note=note,
         baseline=baseline,
         half_ranges=half_ranges,
@@ -280,7 +276,8 @@ def dump_knee(
     values = _one_knee("baseline", baseline)
     halves = _half_ranges(half_ranges)
     now = None if current is None else _one_knee("current", current)
-    for name, said in (("title", title), ("note", note or ""), *_named(sources)):
+    title = one_line("title", title, LONGEST_TEXT)
+    for name, said in (("note", note or ""), *_named(sources)):
         checked_text(name, said, LONGEST_TEXT)
     width = max(len(a) for a in (values, halves, now) if a is not None)
     values, halves = widened(values, width), widened(halves, width)

@@ -19,7 +19,7 @@ from typing import Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import choice, number, numbers, shown, text
+from kneecore._arguments import choice, number, numbers, one_line, shown, text
 from kneecore.errors import ParameterError
 from kneecore.knee.file import LONGEST_TEXT, dump_knee, packaged_knee, read_knee
 from kneecore.knee.parameters import (
@@ -227,7 +227,7 @@ class ParameterSpace:
         object.__setattr__(self, "half_ranges", kept)
 
     def _check_texts(self) -> None:
-        text("title", self.title, LONGEST_TEXT)
+        object.__setattr__(self, "title", one_line("title", self.title, LONGEST_TEXT))
         if self.note is not None:
             text("note", self.note, LONGEST_TEXT)
         if self.sources is None:
