@@ -277,7 +277,7 @@ def dump_knee(
     halves = _half_ranges(half_ranges)
     now = None if current is None else _one_knee("current", current)
     title = one_line("title", title, LONGEST_TEXT)
-    for name, said in (("note", note or ""), *_named(sources)):
+    for name, said in (("note", "" if note is None else note), *_named(sources)):
         checked_text(name, said, LONGEST_TEXT)
     width = max(len(a) for a in (values, halves, now) if a is not None)
     values, halves = widened(values, width), widened(halves, width)

@@ -145,11 +145,16 @@ _UNITS = tuple(row[3] for row in STRUCTURE)
 _STIFFNESS = np.array([name.endswith("_stiffness") for name in ALL_NAMES])
 _POSITIVE = np.array([name in ("condyle_radius", "youngs_modulus") for name in ALL_NAMES])
 _POISSON = NAMES.index("poissons_ratio")
-# What no knee of man or beast comes near, and a number in the wrong unit passes: half a metre, a
-# plateau that stands upright, 10^7 N/mm^2, and a modulus of 10^6 MPa, that of diamond.
+# What no knee of man or beast comes near, but a number in the wrong unit does: half a metre, a
+# plateau that stands upright, 10^7 N/mm^2, the modulus of diamond; the condyle of a mouse, a jelly.
 _LARGEST_BY_UNIT = {"mm": 0.5, "deg": math.radians(90.0), "N/mm^2": 1e13, "MPa": 1e12, "-": 1.0}
 LARGEST = np.array([_LARGEST_BY_UNIT[unit] for unit in _UNITS])
 """Largest size of each parameter's value that is taken for a knee's, SI, shape (32,)."""
+SMALLEST = np.array(
+    [{"condyle_radius": 1e-4, "youngs_modulus": 1e3}.get(n, 0.0) for n in ALL_NAMES]
+)
+"""Smallest size, likewise; a ligament may be torn: its stiffness is 0."""
+SMALLEST.setflags(write=False)
 LARGEST.setflags(write=False)
 
 
@@ -179,13 +184,21 @@ def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:
 
 
 def _first_absurd(values: FloatArray) -> tuple[int, int, str] | None:
-    """Return the same of the first value that is too large for a knee."""
-    absurd = np.abs(values) > LARGEST[: values.shape[1]]
+    """Return the same of the first value that is too large or too small for a knee."""
+    width = values.shape[1]
+    size = np.abs(values)
+    absurd = (size > LARGEST[:width]) | (size < SMALLEST[:width])
     if not absurd.any():
         return None
-    row, column = np.unravel_index(int(np.argmax(absurd)), absurd.shape)
-    largest = in_display_unit(int(column), LARGEST[column])
-    return int(row), int(column), f"at most {largest} either way is allowed; is the unit right?"
+    row, column = (int(i) for i in np.unravel_index(int(np.argmax(absurd)), absurd.shape))
+    limit, which = LARGEST[column], "at most"
+    if size[row, column] < SMALLEST[column]:
+        limit, which = SMALLEST[column], "at least"
+    return (
+        row,
+        column,
+        f"a size of {which} {in_display_unit(column, limit)} is allowed (which unit?)",
+    )
 
 
 def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
@@ -203,8 +216,8 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
     ------
     ParameterError
         For a wrong shape, a value that is not finite, a negative stiffness, a radius or a Young's
-        modulus that is not positive, a Poisson's ratio outside (-1, 0.5), or a value that is too
-        large for any knee (`LARGEST`), such as mm written as m.
+        modulus that is not positive, a Poisson's ratio outside (-1, 0.5), or a value of a size that
+        no knee has (`LARGEST`, `SMALLEST`), such as mm written as m.
     """
     said = f"{N_PARAMETERS} numbers a model are allowed"
     array = np.array(numbers(argument, values, said), order="C")
@@ -239,9 +252,14 @@ def widened(x: ArrayLike, width: int) -> FloatArray:
     Raises
     ------
     ParameterError
-        If a rest length that is changed would be left out.
+        If `x` is something else, or if a rest length that is changed would be left out.
     """
     values = numbers("x", x)
+    if values.ndim == 0 or values.shape[-1] not in (N_PARAMETERS, len(ALL_NAMES)):
+        raise ParameterError(
+            f"`x` has shape {values.shape}; (..., {N_PARAMETERS}) or (..., {len(ALL_NAMES)}) "
+            "is allowed"
+        )
     missing = width - values.shape[-1]
     if missing > 0:
         return np.concatenate([values, np.zeros((*values.shape[:-1], missing))], axis=-1)

@@ -316,12 +316,14 @@ class ParameterSpace:
             values = widened(values, len(self.lower))
         values = _with_last_axis("x", values, len(self.lower))
         width = np.where(self.free, self.upper - self.lower, 1.0)
-        return np.where(self.free, (values - self.lower) / width, 0.5)
+        with np.errstate(over="ignore"):
+            return np.where(self.free, (values - self.lower) / width, 0.5)
 
     def from_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the unit cube, shape (..., 28), to SI values within the bounds."""
         unit = _with_last_axis("u", u, len(self.lower))
-        values = self.lower + unit * (self.upper - self.lower)
+        with np.errstate(over="ignore"):
+            values = self.lower + unit * (self.upper - self.lower)
         return np.clip(values, self.lower, self.upper)
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:

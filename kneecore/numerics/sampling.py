@@ -44,10 +44,15 @@ def uniform(n_samples: int, n_dimensions: int, seed: int) -> FloatArray:
     return np.random.default_rng(check_seed(seed)).random((n_samples, n_dimensions))
 
 
+def _checked(sampling: Sampling) -> Sampling:
+    allowed = get_args(Sampling)
+    return choice("sampling", sampling, allowed, f"{', '.join(allowed)} are allowed")
+
+
 def n_drawn(n_samples: int, sampling: Sampling) -> int:
     """Return how many points `batches` gives: for Sobol' the next power of two."""
     n_samples = check_count("n_samples", n_samples)
-    if sampling == "sobol":
+    if _checked(sampling) == "sobol":
         return int(2 ** int(np.ceil(np.log2(n_samples))))
     return n_samples
 
@@ -70,8 +75,6 @@ def batches(
     ParameterError
         If an argument is not allowed.
     """
-    allowed = get_args(Sampling)
-    choice("sampling", sampling, allowed, f"{', '.join(allowed)} are allowed")
     left = n_drawn(n_samples, sampling)
     rng = np.random.default_rng(check_seed(seed))
     if sampling == "uniform":
