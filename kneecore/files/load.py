@@ -1,9 +1,10 @@
 """Results read back: one way in for every type, one line for every fault."""
 
-import json
 from pathlib import Path
 from typing import Any
 
+from kneecore._arguments import file_name
+from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.presented import Format, format_with_schema
 
@@ -15,10 +16,7 @@ WITH_OTHERS = "paper.json"
 
 
 def _document(text: str) -> dict[str, Any]:
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"not a JSON file: {error}") from None
+    document = parse_json(text, MAX_BYTES)
     if not isinstance(document, dict):
         raise FileFormatError("not a JSON object")
     return document
@@ -52,14 +50,7 @@ def from_json(text: str, form: Format) -> Any:
 
 
 def _text_of(path: Path) -> str:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise FileFormatError(f"larger than {MAX_BYTES:,} bytes")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(f"cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise FileFormatError("not a text file in UTF-8") from None
+    return read_text(path, MAX_BYTES)
 
 
 def load_with(path: str | Path, form: Format) -> Any:
@@ -70,7 +61,7 @@ def load_with(path: str | Path, form: Format) -> Any:
     FileFormatError
         If it cannot be read or is no such result; the message names the file.
     """
-    path = Path(path)
+    path = Path(file_name("path", path))
     if path.is_dir():
         path = path / form.file
     try:
@@ -87,7 +78,7 @@ def load(path: str | Path) -> Any:
     FileFormatError
         If there is none, or more than one in a folder; the message names the file.
     """
-    path = Path(path)
+    path = Path(file_name("path", path))
     if path.is_dir():
         path = _only_result(path)
     try:
