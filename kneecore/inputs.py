@@ -12,40 +12,22 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from kneecore._arguments import number, one_line, shown
 from kneecore.errors import ParameterError
 
-__all__ = ["Column", "Input", "Output", "all_of", "number", "text"]
+__all__ = ["Column", "Input", "Output", "all_of"]
 
-
-def number(argument: str, value: Any) -> float:
-    """Return `value` as a float; a `ParameterError` that names `argument` if it is no number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterError(f"`{argument}` is {value!r}; one finite number is allowed")
-    try:
-        finite = float(value)
-    except OverflowError:
-        finite = np.inf
-    if not np.isfinite(finite):
-        raise ParameterError(f"`{argument}` is {finite:g}; one finite number is allowed")
-    return finite
-
-
-def text(argument: str, value: Any) -> str:
-    """Return `value`, or raise a `ParameterError` that names `argument` if it is no text."""
-    if not isinstance(value, str):
-        raise ParameterError(f"`{argument}` is {value!r}; a text is allowed")
-    return value
+_LONGEST = 200  # characters of a name or a unit
 
 
 def _named(kind: str, value: Any) -> str:
-    if not isinstance(value, str) or not value:
-        raise ParameterError(f"`name` of an {kind} is {value!r}; a text is needed")
-    return value
+    if not isinstance(value, str) or not value.strip():
+        raise ParameterError(f"`name` of an {kind} is {shown(value)}; a text is needed")
+    return one_line(f"name of an {kind}", value, _LONGEST)
 
 
 @dataclass(frozen=True)
@@ -86,7 +68,7 @@ class Input:
             if value is not None:
                 object.__setattr__(self, name, number(f"{name} of {self.name}", value))
         for name in ("unit", *(("shown_unit",) if self.shown_unit is not None else ())):
-            text(f"{name} of {self.name}", getattr(self, name))
+            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
         if number(f"shown_scale of {self.name}", self.shown_scale) <= 0.0:
             raise ParameterError(
                 f"`shown_scale of {self.name}` is {self.shown_scale:g}; above 0 is allowed"
@@ -161,7 +143,7 @@ class Output:
     def __post_init__(self) -> None:
         _named("Output", self.name)
         for name in ("unit", "axis_name", "axis_unit"):
-            text(f"{name} of {self.name}", getattr(self, name))
+            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
         if self.axis is not None:
             object.__setattr__(self, "axis", self._checked_axis())
         if self.scale is not None:
@@ -178,7 +160,7 @@ class Output:
             usable = False
         if not (usable and np.isfinite(axis).all()):
             raise ParameterError(
-                f"`axis of {self.name}` is {self.axis!r}; a row of finite numbers is allowed"
+                f"`axis of {self.name}` is {shown(self.axis)}; a row of finite numbers is allowed"
             )
         return tuple(float(v) for v in axis)
 
@@ -220,12 +202,12 @@ def all_of(kind: type[Any], argument: str, given: Any) -> tuple[Any, ...]:
     """Return a list of inputs or outputs checked: at least one, each with its own name."""
     if isinstance(given, str | kind | Mapping) or not isinstance(given, Sequence):
         raise ParameterError(
-            f"`{argument}` is {given!r}; a list of kneecore.{kind.__name__} is allowed"
+            f"`{argument}` is {shown(given)}; a list of kneecore.{kind.__name__} is allowed"
         )
     wrong = next((item for item in given if not isinstance(item, kind)), None)
     if wrong is not None or not given:
         raise ParameterError(
-            f"`{argument}` has {wrong!r} in it; kneecore.{kind.__name__}s are allowed"
+            f"`{argument}` has {shown(wrong)} in it; kneecore.{kind.__name__}s are allowed"
             if given
             else f"`{argument}` is empty; at least one kneecore.{kind.__name__} is needed"
         )

@@ -27,8 +27,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import number, one_line, shown
 from kneecore.errors import ModelError, ParameterError
-from kneecore.inputs import Column, Input, Output, all_of, number, text
+from kneecore.inputs import Column, Input, Output, all_of
 from kneecore.returned import all_outputs, numbers, one_output
 
 __all__ = ["Evaluation", "Model", "Shape"]
@@ -119,15 +120,15 @@ class Model:
         threads: int | None = None,
     ) -> None:
         if run is not None and not callable(run):
-            raise ParameterError(f"`run` is {run!r}; a function of the inputs is allowed")
+            raise ParameterError(f"`run` is {shown(run)}; a function of the inputs is allowed")
         for argument, function in (("gradient", gradient), ("draw", draw)):
             if function is not None and not callable(function):
-                raise ParameterError(f"`{argument}` is {function!r}; a function is allowed")
+                raise ParameterError(f"`{argument}` is {shown(function)}; a function is allowed")
         self.inputs = all_of(Input, "inputs", inputs)
         self.outputs = all_of(Output, "outputs", outputs)
         self._run, self._gradient, self._draw = run, gradient, draw
         self._batched = bool(batched)
-        self.name = text("name", name)
+        self.name = one_line("name", name, 200)
         self.threads = threads
         self._size = 1.0
         self._scales = self._scales_of_columns()
@@ -222,7 +223,7 @@ class Model:
         """
         if objective not in self.objectives:
             raise ParameterError(
-                f"`objective` is {objective!r}; {', '.join(self.objectives)} is allowed"
+                f"`objective` is {shown(objective)}; {', '.join(self.objectives)} is allowed"
             )
         weights = self.objectives[objective] / self._scales
         if given is not None:

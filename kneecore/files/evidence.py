@@ -1,5 +1,6 @@
 """What a search says about how good its result is, as JSON tables and back."""
 
+from math import isfinite
 from typing import Any
 
 from kneecore.errors import FileFormatError
@@ -16,8 +17,8 @@ from kneecore.search.result import (
 
 
 def optional(value: float | None) -> float | None:
-    """Return a number as files hold it."""
-    return None if value is None else round(value, DIGITS)
+    """Return a number as files hold it; what is not finite is not known."""
+    return None if value is None or not isfinite(value) else round(value, DIGITS)
 
 
 def evidence_table(evidence: Evidence | None) -> dict[str, Any] | None:

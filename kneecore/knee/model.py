@@ -12,13 +12,13 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Self
+from typing import Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import choice
 from kneecore._threads import thread_count
-from kneecore.errors import ParameterError
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient
@@ -40,7 +40,7 @@ from kneecore.knee.response import (
     simulate_batch,
 )
 from kneecore.knee.slopes import settled_slopes
-from kneecore.knee.space import ParameterSpace
+from kneecore.knee.space import ParameterSpace, check_space
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -113,15 +113,9 @@ class Knee(Model):
         rest_length: RestLength = "recomputed",
         threads: int | None = None,
     ) -> None:
-        if not isinstance(space, ParameterSpace | None):
-            raise ParameterError(f"`space` is {space!r}; a ParameterSpace is allowed")
-        self.space = ParameterSpace() if space is None else space
+        self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
-        if rest_length not in ("recomputed", "fixed"):
-            raise ParameterError(
-                f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
-            )
-        self.rest_length = rest_length
+        self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
         thread_count(threads)
         super().__init__(
             None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads

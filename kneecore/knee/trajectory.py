@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import whole_number
 from kneecore.errors import ModelError, ParameterError
 from kneecore.knee.parameters import check_physical
 from kneecore.knee.physics.dynamics import (
@@ -74,11 +75,10 @@ def trajectory(
     ModelError
         If the model fails, whatever the time step.
     """
-    if not isinstance(frame_steps, int | np.integer) or frame_steps not in _ALLOWED_STEPS:
-        raise ParameterError(
-            f"`frame_steps` is {frame_steps!r}; one of {', '.join(map(str, _ALLOWED_STEPS))} "
-            "is allowed"
-        )
+    allowed = f"one of {', '.join(map(str, _ALLOWED_STEPS))}"
+    frame_steps = whole_number("frame_steps", frame_steps, 1, max(_ALLOWED_STEPS), allowed)
+    if frame_steps not in _ALLOWED_STEPS:
+        raise ParameterError(f"`frame_steps` is {frame_steps}; {allowed} is allowed")
     checked = check_physical(x, "x")
     if checked.ndim != 1:
         raise ParameterError(f"`x` has shape {checked.shape}; (28,) or (32,) is allowed")

@@ -1,11 +1,11 @@
 """How to search for the two most different models: the one list of its options."""
 
 from dataclasses import dataclass, replace
-from numbers import Real
 from typing import Any, Literal, Self
 
 import numpy as np
 
+from kneecore._arguments import flag, number, shown, text
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -35,6 +35,9 @@ class SearchSettings:
     """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
     exact values). Unset: the surrogate with ga or repair, the model with exact where it has
     gradients."""
+    thorough: bool = option(False)
+    """Search longer where bounds are so wide that knees lose their equilibrium (exact search in
+    the true model)."""
     repair: bool = option(False)
     """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
     to the samples, fit again, search again; then try one input at a time at its other bound."""
@@ -72,11 +75,10 @@ class SearchSettings:
         object.__setattr__(self, "seed", check_seed(self.seed))
         object.__setattr__(self, "weights", _checked_weights(self.weights))
         if not isinstance(self.options, GeneticOptions):
-            raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
-        if not isinstance(self.objective, str):
-            raise ParameterError(f"`objective` is {self.objective!r}; a text is allowed")
-        if not isinstance(self.repair, bool):
-            raise ParameterError(f"`repair` is {self.repair!r}; True or False is allowed")
+            raise ParameterError(f"`options` is {shown(self.options)}; GeneticOptions are allowed")
+        text("objective", self.objective, 200)
+        for name in ("repair", "thorough"):
+            object.__setattr__(self, name, flag(name, getattr(self, name)))
         self.options.split(self.pop_size)
         self._check_method()
         self._check_repair()
@@ -97,12 +99,12 @@ class SearchSettings:
 
     def _check_repair(self) -> None:
         """Raise if the repair's options are not allowed, or are given without it."""
-        gap = self.repair_gap_percent
-        if isinstance(gap, bool) or not isinstance(gap, Real) or not 0.0 < gap < 100.0:
+        gap = number("repair_gap_percent", self.repair_gap_percent)
+        if not 0.0 < gap < 100.0:
             raise ParameterError(
-                f"`repair_gap_percent` is {gap!r}; a number above 0 and below 100 is allowed"
+                f"`repair_gap_percent` is {gap:g}; a number above 0 and below 100 is allowed"
             )
-        object.__setattr__(self, "repair_gap_percent", float(gap))
+        object.__setattr__(self, "repair_gap_percent", gap)
         if not self.repair:
             self._refuse_others_than_usual(
                 ("repair_gap_percent", "repair_models"), "it needs `repair`"
@@ -171,7 +173,7 @@ def _checked_weights(given: Any) -> tuple[float, ...] | None:
         usable = False
     if not usable or not np.isfinite(weights).all() or (weights < 0.0).any() or not weights.any():
         raise ParameterError(
-            f"`weights` is {given!r}; a row of finite numbers of at least 0, one above 0, is "
+            f"`weights` is {shown(given)}; a row of finite numbers of at least 0, one above 0, is "
             "allowed"
         )
     return tuple(float(w) for w in weights)

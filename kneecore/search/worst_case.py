@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import callback_or_none, shown
 from kneecore._threads import thread_count
 from kneecore._version import versions
 from kneecore.errors import ParameterError
@@ -62,7 +63,7 @@ def check_model(model: Any) -> Model:
     """Return `model`, or raise a `ParameterError` that tells what is allowed."""
     if not isinstance(model, Model):
         raise ParameterError(
-            f"`model` is {model!r}; a kneecore.Model is allowed, such as kneecore.Knee(space)"
+            f"`model` is {shown(model)}; a kneecore.Model is allowed, such as kneecore.Knee(space)"
         )
     return model
 
@@ -99,9 +100,10 @@ def worst_case(
     """
     check_model(model)
     if not isinstance(settings, SearchSettings | None):
-        raise ParameterError(f"`settings` is {settings!r}; kneecore.SearchSettings are allowed")
-    if callback is not None and not callable(callback):
-        raise ParameterError(f"`callback` is {callback!r}; a function of a Progress is allowed")
+        raise ParameterError(
+            f"`settings` is {shown(settings)}; kneecore.SearchSettings are allowed"
+        )
+    callback_or_none(callback)
     settings = (settings or SearchSettings()).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
