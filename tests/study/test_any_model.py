@@ -123,12 +123,14 @@ class TestEveryResult:
     def test_files_of_strangers_are_refused_in_a_sentence(self, results, kind):
         result = results[kind]
         document = result.to_dict()
-        for key in document:
+        derived = {"answer", "n_searches", "share_of_outputs_outside"}
+        settings = {"samples", "sampling", "base_samples", "intervals", "training_samples"}
+        settings |= {"seed", "test_points", "column"}  # the usual ones where there are none
+        for key in document.keys() - derived - settings:
             broken = {k: v for k, v in document.items() if k != key}
-            try:
+            with pytest.raises(kneecore.FileFormatError) as refused:
                 type(result).from_json(json.dumps(broken))
-            except kneecore.FileFormatError as refused:
-                assert "\n" not in str(refused)
+            assert "\n" not in str(refused.value)
         with pytest.raises(kneecore.FileFormatError, match="`schema` is None"):
             type(result).from_json("{}")
         with pytest.raises(kneecore.FileFormatError):
@@ -389,7 +391,7 @@ def test_a_bound_sweep_is_cancelled_within_a_search():
         ),
         (lambda: BoundSweepSettings(sizes=[0.0]), "`sizes` is 0; a number above 0"),
         (lambda: BoundSweepSettings(sizes="wide"), "`sizes` is 'wide'"),
-        (lambda: BoundSweepSettings(sizes=["a"]), "`sizes` is 'a'; one finite number"),
+        (lambda: BoundSweepSettings(sizes=["a"]), "`sizes` is 'a'; a finite number"),
         (lambda: kneecore.needed_accuracy(ishigami()), "the largest value of 'y'"),
         (lambda: TrainingSweepSettings(sizes=[40], n_seeds=-1), "`n_seeds` is -1"),
         (
