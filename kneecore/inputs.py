@@ -191,6 +191,12 @@ class Column:
         place = f"{self.at:{'+' if signed else ''}g} {self.output.axis_unit}".rstrip()
         return place if self.alone else f"{self.output.name} at {place}"
 
+    @property
+    def title(self) -> str:
+        """The column with its output's name, such as `flexion at +5 N m`."""
+        alone_on_axis = self.alone and self.at is not None
+        return f"{self.output.name} at {self.label}" if alone_on_axis else self.label
+
 
 def all_of(kind: type[Any], argument: str, given: Any) -> tuple[Any, ...]:
     """Return a list of inputs or outputs checked: at least one, each with its own name."""

@@ -104,6 +104,8 @@ class Model:
     size_unit: str = ""
     sizes: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
     """Sizes that a sweep goes through unless told otherwise."""
+    goal: float | None = None
+    """Largest value of the watched column that is good enough, where one is known."""
 
     def __init__(
         self,
@@ -184,6 +186,14 @@ class Model:
     @property
     def groups(self) -> Mapping[str, str]:
         """Which group each input belongs to, by name; empty where there are none."""
+        return {}
+
+    @property
+    def computed(self) -> Mapping[str, str]:
+        """How its numbers are computed, by name, where there is a choice.
+
+        Results of models that differ here cannot be held against each other.
+        """
         return {}
 
     @property

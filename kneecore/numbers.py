@@ -16,3 +16,11 @@ def plain(values: ArrayLike, factor: float = 1.0) -> Any:
     held = np.array(array, dtype=object)
     held[~np.isfinite(array)] = None
     return held.tolist()
+
+
+def exact(values: ArrayLike) -> Any:
+    """Return numbers as (nested lists of) floats with all their digits, None if not finite."""
+    array = np.asarray(values, dtype=np.float64) + 0.0
+    held = np.array(array, dtype=object)
+    held[~np.isfinite(array)] = None
+    return held.tolist()

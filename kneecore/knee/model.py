@@ -102,6 +102,8 @@ class Knee(Model):
     size_unit = "mm"
     sizes = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5)
     """From below what medical images resolve to the accuracy that the paper quotes for them."""
+    goal = 5.0
+    """Flexion that may be left at the largest extension moment, deg."""
 
     def __init__(
         self,
@@ -128,6 +130,11 @@ class Knee(Model):
     def groups(self) -> Mapping[str, str]:
         """Which group each parameter belongs to: a ligament, the condyle, the plateau, material."""
         return {row[0]: row[1] for row in STRUCTURE}
+
+    @property
+    def computed(self) -> Mapping[str, str]:
+        """Which response, and what the ligaments' rest lengths are."""
+        return {"solver": self.solver, "rest length": self.rest_length}
 
     @property
     def objectives(self) -> Mapping[str, FloatArray]:
