@@ -30,8 +30,8 @@ from .knee.trajectory import trajectory as trajectory
 from .model import Model as Model
 from .model import Shape as Shape
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
-from .paper.redo import PaperReport as PaperReport
 from .paper.redo import redo_paper as redo_paper
+from .paper.result import PaperReport as PaperReport
 from .presented import load as load
 from .progress import Cancelled as Cancelled
 from .progress import Progress as Progress

@@ -11,6 +11,8 @@ from kneecore.presented import Format, format_with_schema
 __all__ = ["MAX_BYTES", "from_json", "load", "load_with"]
 
 MAX_BYTES = 50_000_000
+WITH_OTHERS = "paper.json"
+"""The result that has others beside it: the paper's searches and samples."""
 
 
 def _document(text: str) -> dict[str, Any]:
@@ -92,6 +94,7 @@ def load(path: str | Path) -> Any:
 def _only_result(folder: Path) -> Path:
     """Return the JSON file in a folder of `save`."""
     found = sorted(folder.glob("*.json"))
+    found = [path for path in found if path.name == WITH_OTHERS] or found
     if len(found) != 1:
         names = ", ".join(path.name for path in found) or "none"
         raise FileFormatError(f"{folder}: one JSON file is needed, there are: {names}")
