@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from kneeviz import viser_internals as wire
-from kneeviz.state.knee import SCALE, KneeState
-from kneeviz.views.tabs.controls import KneeTab
+from kneeviz import viser_internals
+from kneeviz.state.bounds import SCALE
+from kneeviz.state.knee import KneeState
+from kneeviz.views.tabs.knee import KneeTab
 
 
 def shown_value(tab: KneeTab, state: KneeState, index: int) -> float:
@@ -25,4 +26,4 @@ def mirror(tab: KneeTab, state: KneeState, gui: Any) -> None:
         if handle.value != value:
             handle.value = value
         else:
-            wire.force_value(gui, handle)
+            viser_internals.force_value(gui, handle)
