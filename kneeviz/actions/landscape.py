@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from kneeviz.actions.view import leave_landscape, place_cameras, restore_cameras
-from kneeviz.geometry.surfaces import Picture, picture
+from kneeviz.geometry.picture import Picture, picture
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state.landscape import LandscapeFound, free_names

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import viser
+
 from kneeviz import viser_internals
 
 QUIET_SECONDS = 0.8
@@ -22,7 +24,7 @@ class _Complaint:
 class Notices:
     """Collects faults by client and tells each client once he has paused."""
 
-    def __init__(self, clients: Callable[[], dict[int, Any]], gui: Any) -> None:
+    def __init__(self, clients: Callable[[], dict[int, Any]], gui: viser.GuiApi) -> None:
         self._clients, self._gui = clients, gui
         self._waiting: dict[int, _Complaint] = {}
 

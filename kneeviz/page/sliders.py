@@ -1,6 +1,6 @@
 """The sliders as a picture of the visitor's knee."""
 
-from typing import Any
+import viser
 
 from kneeviz import viser_internals
 from kneeviz.state.bounds import SCALE
@@ -15,7 +15,7 @@ def shown_value(tab: KneeTab, state: KneeState, index: int) -> float:
     return float(min(max(value, handle.min), handle.max))
 
 
-def mirror(tab: KneeTab, state: KneeState, gui: Any) -> None:
+def mirror(tab: KneeTab, state: KneeState, gui: viser.GuiApi) -> None:
     """Let all sliders show the present knee, also in a browser that missed something."""
     for index, handle in enumerate(tab.sliders):
         low, high = (round(edge, 6) for edge in state.slider_range(index))

@@ -1,4 +1,4 @@
-"""How quickly the app answers: over the wire and in a real browser.
+"""How quickly the app answers: over a WebSocket and in a real browser.
 
 Run with ``python -m pytest tests/benchmarks/test_app_speed.py -s``; each test prints its figures.
 The aims are for a quiet machine with two cores; the limits asserted here are wider, so that a busy

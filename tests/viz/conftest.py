@@ -1,4 +1,4 @@
-"""A real server for the tests that speak to it over the wire."""
+"""A real server for the tests that speak to it over a WebSocket."""
 
 import time
 from collections.abc import Callable, Iterator

@@ -9,7 +9,8 @@ import kneecore
 from kneecore import NAMES, ParameterSpace
 from kneecore.study.landscape import DEFICIT
 from kneeviz.geometry import surfaces
-from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box, Mark
+from kneeviz.geometry.picture import Mark, picture
+from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
 from kneeviz.views import theme
@@ -41,9 +42,7 @@ def shown(found, surrogate, space):
     said = np.degrees(surrogate.predict(space.baseline))
     corner = np.array(space.upper)
     worst = [(corner, own + 30.0), (np.array(space.lower), own - 40.0)]
-    return surfaces.picture(
-        found, LOAD, own_deg=own, predicted_deg=said, surrogate=surrogate, worst=worst
-    )
+    return picture(found, LOAD, own_deg=own, predicted_deg=said, surrogate=surrogate, worst=worst)
 
 
 def height_of(box, point):
@@ -170,13 +169,11 @@ class TestMarks:
 
     def test_a_deficit_is_never_negative(self, found, surrogate, space):
         own = np.degrees(kneecore.simulate(space.baseline).flexion)
-        picture = surfaces.picture(
-            found, DEFICIT, own_deg=own, predicted_deg=None, surrogate=surrogate
-        )
+        shown = picture(found, DEFICIT, own_deg=own, predicted_deg=None, surrogate=surrogate)
         assert own[5] < 0.0
-        assert picture.own.value == 0.0
+        assert shown.own.value == 0.0
         assert min(picture.model.min(), picture.training[:, 2].min()) >= 0.0
-        assert picture.worst == (None, None)
+        assert shown.worst == (None, None)
 
 
 class TestWords:

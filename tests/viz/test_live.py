@@ -286,7 +286,9 @@ class TestLive:
 
     def test_a_search_ends_it(self, live, visitor):
         press(visitor, live.view.search.surrogate)
-        eventually(lambda: live.search.job is None and live.state.result.search_space == "surrogate")
+        eventually(
+            lambda: live.search.job is None and live.state.result.search_space == "surrogate"
+        )
         assert not live.live.on
         visitor.wait(lambda c: c.values[widget(live.view.search.live)] is False)
 

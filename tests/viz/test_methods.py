@@ -1,4 +1,4 @@
-"""The methods' convergence plot: its drawing, and the button over the wire."""
+"""The methods' convergence plot: its drawing, and the button over a WebSocket."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The study in the real server: sampling, influence, landscape, files, spoken to over the wire."""
+"""The study in the real server, spoken to over a WebSocket: sampling, influence, landscape."""
 
 import io
 import json

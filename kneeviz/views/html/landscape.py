@@ -3,7 +3,8 @@
 import numpy as np
 
 from kneecore import Landscape
-from kneeviz.geometry.surfaces import Box, Picture, box_around
+from kneeviz.geometry.picture import Picture
+from kneeviz.geometry.surfaces import Box, box_around
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
 

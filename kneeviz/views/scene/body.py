@@ -1,8 +1,7 @@
 """One knee without its femur: tibia, fibula, plateau line, circle and ligaments."""
 
-from typing import Any
-
 import numpy as np
+import viser
 from numpy.typing import NDArray
 
 from kneeviz.geometry.bones import bones
@@ -43,7 +42,9 @@ def ligament_colour(index: int, tension: float, slack: theme.RGB) -> theme.RGB:
 class Body:
     """A tibia with its fibula, plateau line and ligaments: the visitor's knee or an overlay."""
 
-    def __init__(self, scene: Any, name: str, layer: int, ghost: theme.RGB | None) -> None:
+    def __init__(
+        self, scene: viser.SceneApi, name: str, layer: int, ghost: theme.RGB | None
+    ) -> None:
         self._scene, self._name, self._layer, self._ghost = scene, name, layer, ghost
         self.frame = scene.add_frame(f"/{name}/tibia", show_axes=False)
         self._meshes, self._rims = [], []
@@ -58,12 +59,12 @@ class Body:
             add_line(scene, f"/{name}/ligament_{label}", np.zeros((1, 2, 2)), 0.0, 2.0)
             for label in theme.LIGAMENT_LABELS
         ]
-        self._labels: list[Any] = []
+        self._labels: list[viser.LabelHandle] = []
         self._drawn_x: FloatArray | None = None
         self.visible = True
 
     @property
-    def _own(self) -> list[Any]:
+    def _own(self) -> list[viser.LineSegmentsHandle]:
         return [self._circle, *self._ligaments]
 
     def add_labels(self) -> None:

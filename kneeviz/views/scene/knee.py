@@ -5,9 +5,8 @@ all depths shrink to thin layers, so that what is in front covers what is behind
 the bones have their illustrative depth and the collateral ligaments stand on their own sides.
 """
 
-from typing import Any
-
 import numpy as np
+import viser
 from numpy.typing import NDArray
 
 from kneeviz.geometry.bones import bones
@@ -34,7 +33,7 @@ def _arrow_segments(arrow: FloatArray) -> FloatArray:
 class KneeScene:
     """The knee on screen: femur, the visitor's tibia, two overlays, contact and lights."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self.spatial, self.dark, self.forces = False, False, False
         self.hidden = False

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import trimesh
+import viser
 from numpy.typing import NDArray
 
 from kneeviz.geometry import surfaces
-from kneeviz.geometry.surfaces import Box, Mark, Picture
+from kneeviz.geometry.picture import Mark, Picture
+from kneeviz.geometry.surfaces import Box
 from kneeviz.views import theme
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import number
@@ -36,7 +38,7 @@ def _ball(radius: float, subdivisions: int) -> tuple[FloatArray, FloatArray]:
 class LandscapeScene:
     """Sheets, box, axes and marks under one node."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self._root = scene.add_frame("/landscape", show_axes=False, visible=False)
         self._frame = self._lines("frame", 1.0)
@@ -74,18 +76,20 @@ class LandscapeScene:
         faces: FloatArray | None = None,
         *,
         opacity: float | None = None,
-    ) -> Any:
+    ) -> viser.MeshHandle:
+        points = np.zeros((3, 3)) if vertices is None else vertices
+        triangles = np.array([[0, 1, 2]]) if faces is None else faces
         return self._scene.add_mesh_simple(
             f"/landscape/{name}",
-            vertices=np.zeros((3, 3), np.float32) if vertices is None else np.float32(vertices),
-            faces=np.array([[0, 1, 2]], np.uint32) if faces is None else np.uint32(faces),
+            vertices=points.astype(np.float32),
+            faces=triangles.astype(np.uint32),
             opacity=opacity,
             side="double",
             cast_shadow=False,
             receive_shadow=False,
         )
 
-    def _lines(self, name: str, width: float) -> Any:
+    def _lines(self, name: str, width: float) -> viser.LineSegmentsHandle:
         return self._scene.add_line_segments(
             f"/landscape/{name}",
             points=np.zeros((1, 2, 3), np.float32),
@@ -94,7 +98,7 @@ class LandscapeScene:
             thickness_units="screen",
         )
 
-    def _label(self, name: str, anchor: Any) -> Any:
+    def _label(self, name: str, anchor: Any) -> viser.LabelHandle:
         return self._scene.add_label(f"/landscape/{name}", "", anchor=anchor)
 
     def paint(self, colours: theme.Palette) -> None:
@@ -111,7 +115,7 @@ class LandscapeScene:
     def draw(self, shown: Picture, *, title: str, zoom: bool) -> None:
         """Draw a picture; `title` names what stands upright."""
         box = surfaces.box_around(shown, zoom=zoom)
-        self._frame.points = np.float32(surfaces.frame_lines(box))
+        self._frame.points = surfaces.frame_lines(box).astype(np.float32)
         for k, values in enumerate((shown.model, shown.surrogate)):
             self._draw_sheet(k, box, values)
         self._draw_training(box, shown.training[box.holds(shown.training[:, 2])])
@@ -121,20 +125,21 @@ class LandscapeScene:
 
     def _draw_sheet(self, k: int, box: Box, values: FloatArray | None) -> None:
         mesh, net = self._sheets[k], self._nets[k]
-        vertices, faces = (None, np.zeros(0)) if values is None else surfaces.sheet(box, values)
-        mesh.visible = net.visible = len(faces) > 0
-        if values is None or len(faces) == 0:
+        drawn = None if values is None else surfaces.sheet(box, values)
+        mesh.visible = net.visible = drawn is not None and len(drawn[1]) > 0
+        if values is None or drawn is None or not mesh.visible:
             return
-        mesh.vertices, mesh.faces = np.float32(vertices), faces
-        net.points = np.float32(surfaces.mesh_lines(box, values))
+        vertices, faces = drawn
+        mesh.vertices, mesh.faces = np.asarray(vertices, np.float32), faces
+        net.points = surfaces.mesh_lines(box, values).astype(np.float32)
 
     def _draw_training(self, box: Box, points: FloatArray) -> None:
         self._training.visible = len(points) > 0
         if len(points):
             places = box.place(*points.T)
             vertices, faces = surfaces.beads(places, self._bead)
-            self._training.vertices = np.float32(vertices)
-            self._training.faces = np.uint32(faces)
+            self._training.vertices = vertices.astype(np.float32)
+            self._training.faces = faces.astype(np.uint32)
 
     def _draw_mark(self, k: int, box: Box, mark: Mark | None) -> None:
         ball, line, name = self._balls[k], self._stems[k], self._names[k]
@@ -148,7 +153,7 @@ class LandscapeScene:
         _write(
             name, _MARKED[k], np.array([x, y, z]), (0.0, 1.6 * _BALL, 0.0) if k == 0 else _BESIDE
         )
-        line.points = np.float32(surfaces.stem(box, mark))
+        line.points = surfaces.stem(box, mark).astype(np.float32)
 
     def _write_axes(self, box: Box, shown: Picture, title: str) -> None:
         _write(self._titles[2], title, box.place(0.0, 0.0, box.high), (-0.02, 0.007, 0.0))
@@ -174,6 +179,9 @@ def _on_floor(box: Box, axis: int, share: float) -> FloatArray:
     return box.place(*place, box.low)
 
 
-def _write(handle: Any, text: str, at: FloatArray, shift: tuple[float, float, float]) -> None:
+def _write(
+    handle: viser.LabelHandle, text: str, at: FloatArray, shift: tuple[float, float, float]
+) -> None:
     handle.text = text
-    handle.position = tuple(float(a + s) for a, s in zip(at, shift, strict=True))
+    x, y, z = (float(a + s) for a, s in zip(at, shift, strict=True))
+    handle.position = (x, y, z)

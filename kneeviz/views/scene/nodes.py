@@ -1,8 +1,7 @@
 """Lines and meshes as nodes of the scene, in thin layers across the sagittal plane."""
 
-from typing import Any
-
 import numpy as np
+import viser
 from numpy.typing import NDArray
 
 from kneeviz.geometry.bones import Bone
@@ -35,7 +34,9 @@ def opacity(spatial: bool, ghost: bool, share: float) -> float | None:
     return 0.45 if spatial else None
 
 
-def add_line(scene: Any, name: str, segments: FloatArray, depth: float, width: float) -> Any:
+def add_line(
+    scene: viser.SceneApi, name: str, segments: FloatArray, depth: float, width: float
+) -> viser.LineSegmentsHandle:
     """Add plane segments, shape (n, 2, 2), at a depth (m); `width` is in pixels."""
     return scene.add_line_segments(
         name,
@@ -46,7 +47,7 @@ def add_line(scene: Any, name: str, segments: FloatArray, depth: float, width: f
     )
 
 
-def add_mesh(scene: Any, name: str, bone: Bone, layer: int) -> Any:
+def add_mesh(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.MeshHandle:
     """Add a bone's surface."""
     return scene.add_mesh_simple(
         name,
@@ -60,6 +61,6 @@ def add_mesh(scene: Any, name: str, bone: Bone, layer: int) -> Any:
     )
 
 
-def add_rim(scene: Any, name: str, bone: Bone, layer: int) -> Any:
+def add_rim(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.LineSegmentsHandle:
     """Add a bone's outline, which the flat view shows."""
     return add_line(scene, name, _chain(bone.outline), layer * LAYER, 2.0)
