@@ -172,7 +172,7 @@ class TestMarks:
         shown = picture(found, DEFICIT, own_deg=own, predicted_deg=None, surrogate=surrogate)
         assert own[5] < 0.0
         assert shown.own.value == 0.0
-        assert min(picture.model.min(), picture.training[:, 2].min()) >= 0.0
+        assert min(shown.model.min(), shown.training[:, 2].min()) >= 0.0
         assert shown.worst == (None, None)
 
 

@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.test_page import curve, press, widget
+from viz.visits import curve, press, widget
 from viz.websocket_client import WebSocketClient
 
 import kneecore

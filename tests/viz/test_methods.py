@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.test_page import press, widget
+from viz.visits import press, widget
 
 from kneecore import ParameterSpace
 from kneecore.search.compare import MethodTrace, compare_methods

@@ -9,11 +9,11 @@ import zipfile
 import numpy as np
 import pytest
 from viz.conftest import eventually
+from viz.visits import press, widget
 from viz.websocket_client import CAMERA, WebSocketClient
 
 import kneecore
 from kneecore import NAMES
-from kneeviz import viser_internals
 from kneeviz.actions.landscape import picture_of
 from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
@@ -23,14 +23,6 @@ from kneeviz.views.scene import camera
 from kneeviz.views.tabs.study import SHOW
 
 SHEETS = ("/landscape/model", "/landscape/surrogate")
-
-
-def widget(handle):
-    return viser_internals.widget_id(handle)
-
-
-def press(visitor, handle, value=True):
-    visitor.set(widget(handle), value)
 
 
 def text(visitor, handle):
