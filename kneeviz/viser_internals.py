@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
+from viser import _client_autobuild
 from viser import _gui_handles as handles
 from viser import _messages as messages
 
@@ -82,6 +83,11 @@ def widget_id(handle: Any) -> str:
     return str(handle._impl.uuid)
 
 
+def skip_client_build() -> None:
+    """Let a new server not look for a compiler: an installed client is always built."""
+    _client_autobuild.ensure_client_is_built = lambda: None
+
+
 def refuse_tunnel(server: viser.ViserServer) -> None:
     """Drop requests for a public address, which a client could make without any button."""
     interface = server._websock_server
@@ -90,7 +96,7 @@ def refuse_tunnel(server: viser.ViserServer) -> None:
 
 
 def guard(gui: Any, reject: Reject) -> None:
-    """Put checks in front of all that a `gui` (the server's or a client's) takes from the wire."""
+    """Put checks in front of all that a `gui` (the server's or a client's) takes from browsers."""
     _guard_values(gui, reject)
     _guard_uploads(gui, reject)
 
@@ -169,7 +175,7 @@ def upload_fault(size_bytes: Any, part_count: Any) -> str | None:
 
 
 def update_fault(handle: Any, updates: Any) -> str | None:
-    """Return what is wrong with a widget's update from the wire, or None.
+    """Return what is wrong with a widget's update from a browser, or None.
 
     Parameters
     ----------
@@ -193,7 +199,7 @@ def update_fault(handle: Any, updates: Any) -> str | None:
 
 
 def number_fault(value: Any, low: float | None, high: float | None) -> str | None:
-    """Return what is wrong with a number from the wire, or None.
+    """Return what is wrong with a number from a browser, or None.
 
     The bounds forgive the rounding of a number that was shown with few digits.
     """
@@ -216,6 +222,7 @@ __all__ = [
     "number_fault",
     "refuse_tunnel",
     "set_camera_lock",
+    "skip_client_build",
     "update_fault",
     "upload_fault",
     "watch_charts",

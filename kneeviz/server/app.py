@@ -1,77 +1,24 @@
-"""The server: one view for all visitors, or one for each, and the kernels' warm-up behind it."""
+"""The server: one page for all visitors, or one for each."""
 
 import contextlib
 import io
 import logging
 import threading
-from collections.abc import Callable
-from typing import Any
 
 import viser
-import viser._client_autobuild
 
 import kneecore
-from kneecore import Knee, KneecoreError
-from kneecore.search.result import SearchResult
-from kneecore.search.warm_up import warm_up
-from kneeviz import viser_internals as wire
+from kneecore import Knee, KneecoreError, SearchResult
+from kneeviz import viser_internals
 from kneeviz.actions.result import take_result
+from kneeviz.page.page import Clients, Page, Target
+from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.session import Session
-from kneeviz.views.scene import knee as scene
+from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
 MAX_SESSIONS = 16
 """Most visitors with a knee of their own."""
-
-
-class KernelWarmUp:
-    """Compiles or loads the kernels on a thread of its own and tells who waits for them."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._done: list[str] = []
-        self._waiting: list[Session] = []
-        self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
-
-    def start(self) -> None:
-        """Start compiling."""
-        self._thread.start()
-
-    def tell(self, session: Session) -> None:
-        """Tell `session` what is ready, now and later."""
-        with self._lock:
-            self._waiting.append(session)
-            for what in self._done:
-                session.post(("ready", what))
-
-    def forget(self, session: Session) -> None:
-        """Tell `session` no more."""
-        with self._lock:
-            if session in self._waiting:
-                self._waiting.remove(session)
-
-    def _announce(self, what: str) -> None:
-        with self._lock:
-            self._done.append(what)
-            for session in self._waiting:
-                session.post(("ready", what))
-
-    def _run(self) -> None:
-        try:
-            baseline = kneecore.packaged_knee().baseline
-            kneecore.simulate(baseline)
-            self._announce("model")
-            kneecore.trajectory(baseline)
-            warm_up("surrogate")
-            warm_up("model")
-            self._announce("search")
-            warm_up("model", method="exact", solver="equilibrium")
-            self._announce("exact")
-        except Exception as error:
-            _LOG.exception("the kernels cannot be compiled")
-            with self._lock:
-                for session in self._waiting:
-                    session.post("not_ready", error)
 
 
 class App:
@@ -100,11 +47,10 @@ class App:
     ) -> None:
         self._knee = kneecore.packaged_knee() if knee is None else knee
         self._result, self.shared = result, shared
-        # An installed client is always built; looking for a compiler for it may take long.
-        viser._client_autobuild.ensure_client_is_built = lambda: None
+        viser_internals.skip_client_build()
         with contextlib.redirect_stdout(io.StringIO()):  # viser's banner: we print our own line
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
-        wire.refuse_tunnel(self.server)
+        viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
         self.sessions: dict[int | None, Session] = {}
@@ -128,30 +74,35 @@ class App:
         """The shared session."""
         return self.sessions[None]
 
+    @property
+    def page(self) -> Page:
+        """The shared session's page."""
+        return self.session.page
+
     def stop(self) -> None:
         """End all sessions and free the port."""
         with self._lock:
             sessions, self.sessions = list(self.sessions.values()), {}
         for session in sessions:
-            self.warm_up.forget(session)
+            self.warm_up.forget(session.post)
             session.stop()
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
     def _place_first_camera(self) -> None:
-        camera = self.server.initial_camera
-        camera.fov = float(scene.FIELD_OF_VIEW)
-        camera.position = scene.camera_position(False)
-        camera.look_at = scene.CENTRE
-        camera.up = (0.0, 1.0, 0.0)
-        camera.near, camera.far = 0.1, 20.0
+        first = self.server.initial_camera
+        first.fov = float(camera.FIELD_OF_VIEW)
+        first.position = camera.knee_position(False)
+        first.look_at = camera.CENTRE
+        first.up = (0.0, 1.0, 0.0)
+        first.near, first.far = 0.1, 20.0
 
-    def _new_session(self, target: Any, clients: Callable[[], dict[int, Any]]) -> Session:
+    def _new_session(self, target: Target, clients: Clients) -> Session:
         session = Session(target, self._knee, clients)
         if self._result is not None:
-            take_result(session, self._result)
+            take_result(session.page, self._result)
         session.start()
-        self.warm_up.tell(session)
+        self.warm_up.tell(session.post)
         return session
 
     def _join(self, client: viser.ClientHandle) -> None:
@@ -178,5 +129,5 @@ class App:
         with self._lock:
             session = None if self.shared else self.sessions.pop(client.client_id, None)
         if session is not None:
-            self.warm_up.forget(session)
+            self.warm_up.forget(session.post)
             session.stop()

@@ -145,8 +145,8 @@ def test_the_files_of_the_options_are_opened(tmp_path):
     app = command.start(options)
     try:
         radius = kneecore.NAMES.index("condyle_radius")
-        assert app.session.state.x[radius] == pytest.approx(31.0e-3)
-        assert app.session.state.result.seed == 9
-        assert not app.session.view.files.result["result.json"].disabled
+        assert app.page.state.x[radius] == pytest.approx(31.0e-3)
+        assert app.page.state.result.seed == 9
+        assert not app.page.view.files.result["result.json"].disabled
     finally:
         app.stop()

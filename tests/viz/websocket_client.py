@@ -52,7 +52,7 @@ def decode_frame(frame: bytes) -> list[dict[str, Any]]:
     return [_decoded(message, arrays) for message in document["messages"]]
 
 
-class WireClient:
+class WebSocketClient:
     """One visitor. Use it as a context manager."""
 
     def __init__(self, port: int, *, on_message: Callable[[dict[str, Any]], None] | None = None):
@@ -80,7 +80,7 @@ class WireClient:
         self._reader.start()
         self.send(CAMERA)
 
-    def __enter__(self) -> "WireClient":
+    def __enter__(self) -> "WebSocketClient":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -124,7 +124,7 @@ class WireClient:
             }
         )
 
-    def wait(self, condition: Callable[["WireClient"], Any], timeout: float = 60.0) -> Any:
+    def wait(self, condition: Callable[["WebSocketClient"], Any], timeout: float = 60.0) -> Any:
         """Return the condition's first true value; an AssertionError after `timeout` s."""
         end = time.monotonic() + timeout
         with self._news:
