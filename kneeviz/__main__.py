@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
@@ -163,6 +164,9 @@ def start(options: Options) -> "App":
 
 def _serve(app: "App", *, browser: bool) -> None:
     """Print the address, open it, and wait for Ctrl-C or a polite end."""
+    # viser warns of clients that left meanwhile and of odd uploads: strangers' doing, not faults.
+    for start_of_message in ("Queued a ", r"\[viser\] "):
+        warnings.filterwarnings("ignore", start_of_message, UserWarning)
     stop = threading.Event()
     # A handler of our own: numba swallows Ctrl-C while it compiles.
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -173,15 +173,17 @@ class App:
         self.warm_up.tell(session)
         return session
 
+    def _session_of(self, client: viser.ClientHandle) -> Session | None:
+        if client.client_id not in self.server.get_clients():
+            return None  # gone while this waited for its turn
+        return self._new_session(client, lambda: {client.client_id: client})
+
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
             self.session.post(("joined", client.client_id))
             return
         try:
-            session = self.seats.join(
-                client.client_id,
-                lambda: self._new_session(client, lambda: {client.client_id: client}),
-            )
+            session = self.seats.join(client.client_id, lambda: self._session_of(client))
         except NoRoom:
             client.add_notification(
                 "No room", f"{MAX_SESSIONS} visitors are here already. Please come back later."

@@ -56,8 +56,10 @@ class Seats(Generic[T]):
                 visitor: seat.made for visitor, seat in self._seats.items() if seat.made is not None
             }
 
-    def join(self, visitor: int, make: Callable[[], T]) -> T | None:
+    def join(self, visitor: int, make: Callable[[], T | None]) -> T | None:
         """Take a place and return what `make` makes for it; None if the visitor has left.
+
+        `make` may return None itself if it finds nobody to work for.
 
         Raises
         ------
