@@ -16,6 +16,8 @@ MAX_WAITING = 4
 MAX_CONNECTIONS = 128
 MESSAGES_PER_SECOND, BURST = 200.0, 400.0
 """A page sends some 20 messages a second from each tab and 50 of its camera."""
+FREE_FRAMES, SILENT_SECONDS = 20, 1.0
+"""What is sent to a page before it has joined (the state takes three), and how often after that."""
 _BYTES_A_MESSAGE = 16 * 1024
 _MALFORMED_COST = 10.0
 

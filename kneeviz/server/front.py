@@ -18,7 +18,16 @@ from typing import Any
 from websockets.asyncio import server as sockets
 from websockets.http11 import Request, Response
 
-from kneeviz.server.caps import MAX_MESSAGE, MAX_WAITING, Crowd, Pace, ViewerCamera, understood
+from kneeviz.server.caps import (
+    FREE_FRAMES,
+    MAX_MESSAGE,
+    MAX_WAITING,
+    SILENT_SECONDS,
+    Crowd,
+    Pace,
+    ViewerCamera,
+    understood,
+)
 from kneeviz.server.gate import Gate
 
 _CALLER = "viser.infra._infra"
@@ -52,7 +61,7 @@ def _connection_class(crowd: Crowd[Any]) -> type[sockets.ServerConnection]:
 
         def __init__(self, *arguments: Any, **options: Any) -> None:
             super().__init__(*arguments, **options)
-            self._pace, self._joined = Pace(), False
+            self._pace, self._joined, self._told = Pace(), asyncio.Event(), 0
 
         def connection_made(self, transport: asyncio.BaseTransport) -> None:
             super().connection_made(transport)
@@ -73,10 +82,20 @@ def _connection_class(crowd: Crowd[Any]) -> type[sockets.ServerConnection]:
                 if wait > 0.0:
                     await asyncio.sleep(wait)
                 # viser knows a client, and tidies up behind it, from its first camera on.
-                self._joined = self._joined or isinstance(message, ViewerCamera)
-                if message is not None and self._joined:
+                if isinstance(message, ViewerCamera):
+                    self._joined.set()
+                if message is not None and self._joined.is_set():
                     crowd.know(self)
                     return raw
+
+        async def send(self, *arguments: Any, **options: Any) -> None:
+            # Who has not joined gets the page's state, but no thirty frames a second after it:
+            # some hundred who only listen would otherwise keep the visitors waiting.
+            self._told += 1
+            if self._told > FREE_FRAMES and not self._joined.is_set():
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._joined.wait(), SILENT_SECONDS)
+            await super().send(*arguments, **options)
 
     return Connection
 
