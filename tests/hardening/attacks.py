@@ -120,6 +120,33 @@ def _frame(content: bytes) -> bytes:
     return b"\x82\xfe" + struct.pack(">H", len(content)) + bytes(4) + content
 
 
+@contextlib.contextmanager
+def large_messages(port: int, count: int, seconds: float) -> Iterator[float]:
+    """Hold `count` visitors who sent large messages as fast as they went; yield the MB sent."""
+    sent, end = [0] * count, time.monotonic() + seconds
+    part = {"type": "FileTransferPart", "source_component_uuid": None, "transfer_uuid": "t"}
+    content = msgspec.msgpack.encode(part | {"part_index": 0, "content": b"x" * 600_000})
+    frame = b"\x82\xff" + struct.pack(">Q", len(content)) + bytes(4) + content
+
+    def push(number: int, line: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            while time.monotonic() < end:
+                line.settimeout(max(end - time.monotonic(), 0.1))
+                line.sendall(frame)
+                sent[number] += len(frame)
+
+    with stalled(port, count) as held:
+        threads = [
+            threading.Thread(target=push, args=(number, line), daemon=True)
+            for number, line in enumerate(held)
+        ]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(seconds + 10)
+        yield sum(sent) / 1e6
+
+
 def trickle(port: int, seconds: float, *, count: int = 20) -> int:
     """Send requests and messages a byte at a time over `count` connections; return the bytes."""
     text = HANDSHAKE.format(port=port).encode() + _frame(msgspec.msgpack.encode(CAMERA))

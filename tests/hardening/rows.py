@@ -24,7 +24,7 @@ class Scale:
         return max(round(self.share * usual), 1)
 
 
-LONG, SHORT = Scale(seconds=120.0), Scale(seconds=3.0, share=0.1)
+LONG, SHORT = Scale(seconds=120.0), Scale(seconds=6.0, share=0.1)
 
 
 @dataclass(frozen=True, kw_only=True)

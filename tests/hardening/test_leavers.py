@@ -5,6 +5,7 @@ import time
 
 import pytest
 from hardening.leavers import Watchdog, hail_of_leavers
+from hardening.served import serving
 from viz.conftest import eventually
 from viz.wire_client import WireClient
 
@@ -104,3 +105,9 @@ def test_when_the_app_stops_all_sessions_end(monkeypatch):
         time.sleep(0.1)
         assert running.sessions == {}
     eventually(lambda: not views(), 10)
+
+
+def test_who_leaves_early_does_not_fill_the_log():
+    with serving("--per-visitor") as served:
+        assert hail_of_leavers(served.port, 40) > 30
+        assert served.said == ""

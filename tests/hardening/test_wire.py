@@ -1,6 +1,7 @@
 """The real server under attack for some seconds; ``run.py`` does the same for minutes."""
 
 import contextlib
+import os
 import re
 import time
 
@@ -34,10 +35,15 @@ def app():
         running.stop()
 
 
-def served_well(honest, least=10):
+def served_well(honest, limit_ms=1000.0):
+    """The limit is for a busy machine; on a quiet one it is some ms."""
     assert honest.failure is None
-    assert len(honest.seconds) >= least
-    assert honest.p95_ms < 1000.0  # some ms on a quiet machine
+    assert len(honest.seconds) >= 5
+    assert honest.p95_ms < limit_ms
+
+
+def held_files(served):
+    return len(os.listdir(f"/proc/{served.pid}/fd"))
 
 
 def test_hostile_messages_harm_nobody(served):
@@ -55,7 +61,15 @@ def test_three_hundred_half_open_connections_keep_nobody_out(served):
         with WireClient(served.port) as newcomer:
             newcomer.wait(lambda c: c.counts.get("ReplayDoneMessage"), 10)
             time.sleep(1.0)
-    served_well(honest)
+            assert held_files(served) < caps.MAX_CONNECTIONS + 60
+    served_well(honest, 4000.0)  # a hundred who ask for the state at once are sent it
+
+
+def test_what_waits_to_be_read_is_little(served):
+    before = served.memory_mb
+    with attacks.large_messages(served.port, 24, 3.0) as sent_mb:
+        assert sent_mb > 200.0
+        assert served.memory_mb - before < 170.0
 
 
 def test_who_does_not_read_keeps_nobody_waiting(served):
