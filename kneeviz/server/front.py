@@ -15,6 +15,7 @@ from collections.abc import Awaitable, Callable, Iterator
 from http import HTTPStatus
 from typing import Any
 
+import viser
 from websockets.asyncio import server as sockets
 from websockets.http11 import Request, Response
 
@@ -109,6 +110,8 @@ def _process(gate: Gate, crowd: Crowd[Any], inner: Process | None) -> Process:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{refusal}\n")
         answer = None if inner is None else inner(connection, request)
         assert answer is None or isinstance(answer, Response)
+        if answer is None and not _is_of_our_version(request):
+            return connection.respond(HTTPStatus.BAD_REQUEST, "Another version: load the page.\n")
         if answer is None and gate.token is not None:
             crowd.know(connection)
         if answer is not None:
@@ -117,6 +120,11 @@ def _process(gate: Gate, crowd: Crowd[Any], inner: Process | None) -> Process:
         return answer
 
     return answered
+
+
+def _is_of_our_version(request: Request) -> bool:
+    """Tell whether a page speaks as ours does; of others viser prints a line each time."""
+    return request.headers.get_all("Sec-WebSocket-Protocol") == [f"viser-v{viser.__version__}"]
 
 
 @contextlib.contextmanager

@@ -5,6 +5,7 @@ import os
 import socket
 
 import pytest
+import viser
 from hardening.served import serving
 from viz.conftest import eventually
 from viz.wire_client import WireClient
@@ -53,13 +54,14 @@ def refused(app, **options):
     return answer is not None and answer.status_code == 403 and len(answer.body) < 300
 
 
-def raw_handshake(port, host, origin=""):
+def raw_handshake(port, host, origin="", version=f"viser-v{viser.__version__}"):
     """Open a WebSocket by hand, with any Host; return the first line of the answer."""
     with socket.create_connection(("127.0.0.1", port), 10) as line:
         line.sendall(
             f"GET / HTTP/1.1\r\nHost: {host}\r\n{origin}Upgrade: websocket\r\n"
             "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            f"Sec-WebSocket-Protocol: {version}\r\n\r\n".encode()
         )
         return line.recv(200).split(b"\r\n")[0].decode()
 
@@ -105,6 +107,13 @@ def test_with_the_token_the_page_and_what_it_opens_are_let_in_again(guarded):
     assert not refused(guarded, headers={"Cookie": cookie})
     assert not refused(guarded, path=f"/?token={TOKEN}")
     assert guarded.url.endswith(f"/?token={TOKEN}")
+
+
+@pytest.mark.parametrize("version", ["viser-v0.0.1", "other", "viser-v0, viser-v1.1.1"])
+def test_a_page_of_another_version_is_refused_and_fills_no_log(app, capfd, version):
+    port = app.server.get_port()
+    assert "400" in raw_handshake(port, f"localhost:{port}", version=version)
+    assert capfd.readouterr().out == ""
 
 
 def test_the_page_cannot_be_framed_and_tells_nobody_its_address(app):
