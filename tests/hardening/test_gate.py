@@ -1,5 +1,6 @@
 """Strangers at the real server's door: pages of other sites, false names, no token."""
 
+import asyncio
 import http.client
 import os
 import socket
@@ -130,13 +131,15 @@ def test_if_viser_starts_its_server_otherwise_nothing_is_served():
 
 
 def test_other_servers_of_this_process_are_left_alone():
-    async def handler(_):
-        return None
+    asked = []
 
-    with pytest.raises(RuntimeError), front.standing(Gate(host="127.0.0.1")):  # noqa: PT012
-        made = sockets.serve(handler, "127.0.0.1", 0)
-        assert made.server.process_request is None
-        made.create_server.close()
+    async def one():
+        async with sockets.serve(lambda _: None, "127.0.0.1", 0) as server:
+            asked.append(server.process_request)
+
+    with pytest.raises(RuntimeError, match="guarded"), front.standing(Gate(host="127.0.0.1")):
+        asyncio.run(one())
+    assert asked == [None]
 
 
 def test_on_all_addresses_the_printed_one_has_a_token_and_the_risk_is_named():
