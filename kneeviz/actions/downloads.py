@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import kneecore
-from kneecore import FileFormatError, Knee, MonteCarloResult, SearchResult
+from kneecore import FileFormatError, KneeFile, MonteCarloResult, SearchResult
 from kneecore.files.study import Study
 from kneecore.knee.file import parse_knee
 from kneeviz.state import results
 from kneeviz.state.study import StudyState
 
 
-def read_upload(name: str, content: bytes) -> Knee | SearchResult:
+def read_upload(name: str, content: bytes) -> KneeFile | SearchResult:
     """Return the knee (TOML) or the result (JSON) in an uploaded file.
 
     The content decides, not the name, which comes from outside.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from kneecore import Knee, KneecoreError
+from kneecore import KneeFile, KneecoreError
 from kneeviz.actions.downloads import read_upload, result_files
 from kneeviz.actions.knee import load_knee
 from kneeviz.actions.live import set_live
@@ -33,7 +33,7 @@ def _upload(page: Page, value: tuple[str, bytes, int]) -> None:
     except KneecoreError as error:
         page.notices.tell(client_id, "File not loaded", f"{name[:80]}: {str(error)[:300]}")
         return
-    if isinstance(loaded, Knee):
+    if isinstance(loaded, KneeFile):
         load_knee(page, loaded)
         page.say(f"Loaded the knee “{escape(loaded.title[:60])}”.")
     else:

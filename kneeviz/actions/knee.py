@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kneecore import Knee, KneecoreError, parameter_table
+from kneecore import KneeFile, KneecoreError, parameter_table
 from kneecore.knee.parameters import widened
 from kneeviz import viser_internals
 from kneeviz.actions.result import show_result
@@ -152,7 +152,7 @@ def _mirror_bounds(page: Page) -> None:
     tab.case.value, tab.rest_length.value = state.bounds.case, state.bounds.rest_length
 
 
-def load_knee(page: Page, knee: Knee) -> None:
+def load_knee(page: Page, knee: KneeFile) -> None:
     """Take a knee file: baseline, half-ranges and, if it has them, current values."""
     state = page.state
     state.set_knee(knee)

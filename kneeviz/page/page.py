@@ -11,7 +11,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from kneecore import Knee
+from kneecore import KneeFile
 from kneecore.knee.parameters import widened
 from kneeviz.jobs.live_search import LiveSearch
 from kneeviz.jobs.messages import Post
@@ -43,7 +43,7 @@ class Page:
     ----------
     target : ViserServer or ClientHandle
         Where the view is built; both have ``gui``, ``scene``, ``atomic`` and ``flush``.
-    knee : Knee
+    knee : KneeFile
         The baseline.
     clients : callable
         Returns the clients that look at this page, by their number.
@@ -51,7 +51,7 @@ class Page:
         Asks for an action.
     """
 
-    def __init__(self, target: Target, knee: Knee, clients: Clients, post: Post) -> None:
+    def __init__(self, target: Target, knee: KneeFile, clients: Clients, post: Post) -> None:
         self.target, self.clients, self.post = target, clients, post
         self.state = KneeState(knee)
         self.playback = Playback()

@@ -4,15 +4,19 @@ import contextlib
 import io
 import logging
 import threading
+from collections.abc import Sequence
 
 import viser
 
 import kneecore
-from kneecore import Knee, KneecoreError, SearchResult
+from kneecore import KneeFile, SearchResult
 from kneeviz import viser_internals
 from kneeviz.actions.result import take_result
 from kneeviz.page.page import Clients, Page, Target
+from kneeviz.server import front
+from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
+from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
 from kneeviz.views.scene import camera
 
@@ -28,12 +32,17 @@ class App:
     ----------
     host, port
         Where to listen; 0 takes a free port, a busy one moves on to the next.
-    knee : Knee, optional
+    knee : KneeFile, optional
         The baseline; the packaged one for None.
     result : SearchResult, optional
         A search's result to open with.
     shared : bool
         Whether all visitors see one knee, or each has his own.
+    token : str or bool, optional
+        What the address must carry: a text, True for a new one, False for nothing; by default a
+        new one where others than this machine can reach the server.
+    allow_hosts : sequence of str
+        Names under which the server is reached through a proxy or a tunnel.
     """
 
     def __init__(
@@ -41,23 +50,27 @@ class App:
         *,
         host: str = "127.0.0.1",
         port: int = 8080,
-        knee: Knee | None = None,
+        knee: KneeFile | None = None,
         result: SearchResult | None = None,
         shared: bool = True,
+        token: str | bool | None = None,
+        allow_hosts: Sequence[str] = (),
     ) -> None:
         self._knee = kneecore.packaged_knee() if knee is None else knee
         self._result, self.shared = result, shared
+        self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
-        with contextlib.redirect_stdout(io.StringIO()):  # viser's banner: we print our own line
+        # viser's banner is not shown: we print our own line.
+        with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.sessions: dict[int | None, Session] = {}
-        self._lock = threading.Lock()
         self.warm_up = KernelWarmUp()
+        self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
+        self._common: dict[int | None, Session] = {}
         if shared:
-            self.sessions[None] = self._new_session(self.server, self.server.get_clients)
+            self._common[None] = self._new_session(self.server, self.server.get_clients)
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
         self.warm_up.start()
@@ -65,14 +78,22 @@ class App:
     @property
     def url(self) -> str:
         """The address to open in a browser."""
-        host = self.server.get_host()
-        shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
-        return f"http://{shown}:{self.server.get_port()}"
+        return self.gate.url(self.server.get_port())
+
+    @property
+    def warning(self) -> str | None:
+        """What may go wrong where others can reach the server, or None."""
+        return self.gate.warning(self.server.get_port())
+
+    @property
+    def sessions(self) -> dict[int | None, Session]:
+        """The sessions by their client's number; the shared one's is None."""
+        return self._common | dict(self.seats.made.items())
 
     @property
     def session(self) -> Session:
         """The shared session."""
-        return self.sessions[None]
+        return self._common[None]
 
     @property
     def page(self) -> Page:
@@ -81,11 +102,10 @@ class App:
 
     def stop(self) -> None:
         """End all sessions and free the port."""
-        with self._lock:
-            sessions, self.sessions = list(self.sessions.values()), {}
-        for session in sessions:
-            self.warm_up.forget(session.post)
-            session.stop()
+        self.seats.close()
+        for session in self._common.values():
+            self._end(session)
+        self._common = {}
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
@@ -105,29 +125,31 @@ class App:
         self.warm_up.tell(session.post)
         return session
 
+    def _session_of(self, client: viser.ClientHandle) -> Session | None:
+        if client.client_id not in self.server.get_clients():
+            return None  # gone while this waited for its turn
+        return self._new_session(client, lambda: {client.client_id: client})
+
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
             self.session.post(("joined", client.client_id))
             return
-        with self._lock:
-            full = len(self.sessions) >= MAX_SESSIONS
-        if full:
+        try:
+            session = self.seats.join(client.client_id, lambda: self._session_of(client))
+        except NoRoom:
             client.add_notification(
                 "No room", f"{MAX_SESSIONS} visitors are here already. Please come back later."
             )
-            return
-        try:
-            session = self._new_session(client, lambda: {client.client_id: client})
-        except KneecoreError:
+        except Exception:
             _LOG.exception("a visitor's session cannot be made")
-            return
-        with self._lock:
-            self.sessions[client.client_id] = session
-        session.post(("joined", client.client_id))
+        else:
+            if session is not None:
+                session.post(("joined", client.client_id))
 
     def _leave(self, client: viser.ClientHandle) -> None:
-        with self._lock:
-            session = None if self.shared else self.sessions.pop(client.client_id, None)
-        if session is not None:
-            self.warm_up.forget(session.post)
-            session.stop()
+        if not self.shared:
+            self.seats.leave(client.client_id)
+
+    def _end(self, session: Session) -> None:
+        self.warm_up.forget(session.post)
+        session.stop()

@@ -9,7 +9,7 @@ import time
 from collections.abc import Hashable
 from typing import Any
 
-from kneecore import Knee
+from kneecore import KneeFile
 from kneeviz import viser_internals
 from kneeviz.actions import landscape, live, methods, study, table
 from kneeviz.actions.result import show_result
@@ -31,13 +31,13 @@ class Session:
     ----------
     target : ViserServer or ClientHandle
         Where the page is built.
-    knee : Knee
+    knee : KneeFile
         The baseline.
     clients : callable
         Returns the clients that look at this page, by their number.
     """
 
-    def __init__(self, target: Target, knee: Knee, clients: Clients) -> None:
+    def __init__(self, target: Target, knee: KneeFile, clients: Clients) -> None:
         self._worker = Worker(self._step, self._failed)
         self.page = Page(target, knee, clients, self.post)
         self.drawing = Drawing(self.page)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kneecore import NAMES, Knee, ParameterSpace, packaged_knee, parameter_table
+from kneecore import NAMES, KneeFile, ParameterSpace, packaged_knee, parameter_table
 from kneecore.knee.parameters import widened
 from kneecore.knee.space import Case
 
@@ -30,7 +30,7 @@ class Bounds:
     rest_length_mm: float | None = None
     rest_length: RestLength = "recomputed"
 
-    def space(self, knee: Knee) -> ParameterSpace:
+    def space(self, knee: KneeFile) -> ParameterSpace:
         """Return the space around a knee file's baseline."""
         given = (self.geometry_mm, self.slope_deg, self.material_percent, self.rest_length_mm)
         geometry, slope, material, rest = (
@@ -71,7 +71,7 @@ def _bound_of(index: int) -> int:
     return 1 if SLOPE[index] else 0
 
 
-def shown_bounds(knee: Knee) -> tuple[float, float, float, float]:
+def shown_bounds(knee: KneeFile) -> tuple[float, float, float, float]:
     """Return the largest half-ranges of a knee file: (mm, deg, % of the value, mm at rest)."""
     all_halves = widened(knee.half_ranges, WIDTH)
     half, rest = all_halves[: len(NAMES)], all_halves[len(NAMES) :]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import kneecore
 from kneecore import (
     NAMES,
-    Knee,
+    KneeFile,
     KneeSurrogate,
     ParameterError,
     ParameterSpace,
@@ -44,12 +44,12 @@ class Solved:
 class KneeState:
     """Everything that one view shows. One thread owns it."""
 
-    def __init__(self, knee: Knee) -> None:
+    def __init__(self, knee: KneeFile) -> None:
         self.result: SearchResult | None = None
         self.worst: tuple[Solved | None, Solved | None] = (None, None)
         self.set_knee(knee)
 
-    def set_knee(self, knee: Knee) -> None:
+    def set_knee(self, knee: KneeFile) -> None:
         """Take another baseline with its own half-ranges, and its current values if it has any.
 
         The last search's result stays; it is stale then.

@@ -6,7 +6,7 @@ It sends anything, also what no browser would, and decodes what a browser would 
 import contextlib
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -53,12 +53,32 @@ def decode_frame(frame: bytes) -> list[dict[str, Any]]:
 
 
 class WebSocketClient:
-    """One visitor. Use it as a context manager."""
+    """One visitor. Use it as a context manager.
 
-    def __init__(self, port: int, *, on_message: Callable[[dict[str, Any]], None] | None = None):
+    Parameters
+    ----------
+    port : int
+        Where the server listens on 127.0.0.1.
+    on_message : callable, optional
+        Called with every message.
+    path : str
+        What follows the port in the address.
+    headers : mapping, optional
+        Further headers of the request, such as ``Origin`` or ``Cookie``.
+    """
+
+    def __init__(
+        self,
+        port: int,
+        *,
+        on_message: Callable[[dict[str, Any]], None] | None = None,
+        path: str = "",
+        headers: Mapping[str, str] | None = None,
+    ):
         self.port = port
         self._socket = connect(
-            f"ws://127.0.0.1:{port}",
+            f"ws://127.0.0.1:{port}{path}",
+            additional_headers=headers,
             subprotocols=[f"viser-v{viser.__version__}"],
             max_size=None,
             compression=None,
