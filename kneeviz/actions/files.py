@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from kneecore import KneeFile, KneecoreError
+from kneecore import KneecoreError, KneeFile
 from kneeviz.actions.downloads import read_upload, result_files
 from kneeviz.actions.knee import load_knee
 from kneeviz.actions.live import set_live

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kneecore import KneeFile, KneecoreError, parameter_table
+from kneecore import KneecoreError, KneeFile, parameter_table
 from kneecore.knee.parameters import widened
 from kneeviz import viser_internals
 from kneeviz.actions.result import show_result

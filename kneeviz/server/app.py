@@ -3,7 +3,6 @@
 import contextlib
 import io
 import logging
-import threading
 from collections.abc import Sequence
 
 import viser

@@ -3,6 +3,7 @@
 import naive
 import numpy as np
 import pytest
+from kneecore.figures.study import band_figure
 from results import check_comes_back
 
 from kneecore import (
@@ -21,7 +22,6 @@ from kneecore import (
 )
 from kneecore.errors import FileFormatError
 from kneecore.figures.search import rests_unloaded
-from kneecore.figures.study import band_figure
 from kneecore.knee.file import parse_knee
 from kneecore.knee.parameters import REST_LENGTH_NAMES
 

@@ -103,7 +103,11 @@ def drag_and_measure(client: WebSocketClient, seconds: float) -> np.ndarray:
 @row("Thirty-two visitors drag while one searches")
 def crowd(scale: Scale) -> Outcome:
     """Let thirty-two visitors of one knee drag while the true model is searched."""
-    with serving() as served, WebSocketClient(served.port) as client, contextlib.ExitStack() as stack:
+    with (
+        serving() as served,
+        WebSocketClient(served.port) as client,
+        contextlib.ExitStack() as stack,
+    ):
         client.wait(lambda c: c.counts.get("ReplayDoneMessage"))
         search = slider(client, SEARCH)
         client.wait(lambda c: not c.props[search]["disabled"], 60)

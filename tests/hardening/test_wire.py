@@ -177,7 +177,10 @@ class TestUploads:
                 client.close()
 
     def test_one_that_does_not_go_on_is_given_up(self, app, monkeypatch):
-        with WebSocketClient(app.server.get_port()) as idle, WebSocketClient(app.server.get_port()) as other:
+        with (
+            WebSocketClient(app.server.get_port()) as idle,
+            WebSocketClient(app.server.get_port()) as other,
+        ):
             attacks.begin_uploads(idle, 1, size=1000)
             eventually(lambda: len(wire.unfinished_uploads()) == 1, 10)
             monkeypatch.setattr(wire, "_PATIENCE", 0.0)
@@ -185,7 +188,10 @@ class TestUploads:
             eventually(lambda: [*wire.unfinished_uploads()] == [f"{id(other)}-0"], 10)
 
     def test_nobody_takes_over_another_s(self, app):
-        with WebSocketClient(app.server.get_port()) as one, WebSocketClient(app.server.get_port()) as two:
+        with (
+            WebSocketClient(app.server.get_port()) as one,
+            WebSocketClient(app.server.get_port()) as two,
+        ):
             attacks.begin_uploads(one, 1, size=1000)
             eventually(lambda: len(wire.unfinished_uploads()) == 1, 10)
             (name,), (state,) = zip(*wire.unfinished_uploads().items(), strict=True)
