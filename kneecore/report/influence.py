@@ -71,10 +71,10 @@ def _largest(found: InfluenceResult, column: int) -> Table:
     where = f"at {one.label}" if isinstance(found.model, Knee) else f"of {one.title}"
     interval = "" if used.total_order_interval is None else " (95 % interval)"
     rows = table(f"Sobol' indices {where}{interval}", "parameter", "first order", "total")
-    for one in found.deciding(column, _COUNT):
-        k = found.names.index(one)
+    for name in found.deciding(column, _COUNT):
+        k = found.names.index(name)
         rows.add_row(
-            one,
+            name,
             _index(used.first_order, used.first_order_interval, column, k),
             _index(used.total_order, used.total_order_interval, column, k),
         )
