@@ -312,6 +312,16 @@ class Model:
         model.__dict__.update(self.__dict__)
         return model
 
+    def point(self, x: ArrayLike) -> FloatArray:
+        """Return one point, shape (d,), checked and copied."""
+        values = np.array(self._points("x", x))
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise ParameterError(
+                f"`x` has shape {values.shape}; one point, ({len(self.inputs)},), of finite "
+                "numbers is allowed"
+            )
+        return values
+
     def _points(self, argument: str, x: ArrayLike) -> FloatArray:
         try:
             values = np.asarray(x)

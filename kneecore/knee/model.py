@@ -188,6 +188,8 @@ class Knee(Model):
         values = np.asarray(x)
         numbers = values.ndim > 0 and values.dtype.kind in "iuf"
         if numbers and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+            if values[..., len(self.inputs) :].any():  # rest lengths are changed, but held
+                return np.array(values, dtype=np.float64)
             return widened(values, len(self.inputs))
         return super()._points(argument, x)
 
