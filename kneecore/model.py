@@ -274,12 +274,18 @@ class Model:
         sides[..., self.free] = side
         return sides
 
-    def with_size(self, size: float) -> Self:
-        """Return the model with bounds `size` times as wide as stated, around the nominal point."""
-        factor = number("size", size) / self.size
-        if factor <= 0.0:
+    def stated_as(self, size: float) -> Self:
+        """Return the same model, its bounds taken for `size` times as wide as those stated."""
+        if number("size", size) <= 0.0:
             raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
         model = self._copy()
+        model._size = float(size)
+        return model
+
+    def with_size(self, size: float) -> Self:
+        """Return the model with bounds `size` times as wide as stated, around the nominal point."""
+        model = self.stated_as(size)
+        factor = size / self.size
         model.inputs = tuple(
             replace(
                 i,
@@ -293,7 +299,6 @@ class Model:
         )
         model.lower = _held([i.lower for i in model.inputs])
         model.upper = _held([i.upper for i in model.inputs])
-        model._size = float(size)
         return model
 
     def _copy(self) -> Self:

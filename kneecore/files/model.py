@@ -12,10 +12,12 @@ from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, NAMES
 from kneecore.knee.response import RestLength, Solver
 from kneecore.knee.space import ParameterSpace
 from kneecore.model import Model
+from kneecore.numbers import DIGITS
 
 __all__ = [
     "array",
     "baseline_table",
+    "digits_of",
     "model_table",
     "named",
     "number_or_none",
@@ -30,6 +32,14 @@ FloatArray = NDArray[np.float64]
 def named(names: tuple[str, ...], x: FloatArray) -> dict[str, float]:
     """Return the values of inputs by name."""
     return dict(zip(names, x.tolist(), strict=True))
+
+
+def digits_of(model: Model) -> int | None:
+    """Return the decimals that a model's numbers have in files; None keeps them whole.
+
+    A knee's units are such that ten decimals are plenty; nothing is known of another's.
+    """
+    return DIGITS if isinstance(model, Knee) else None
 
 
 def array(value: Any, shape: tuple[int, ...], where: str) -> FloatArray:
@@ -107,7 +117,7 @@ def read_model(table: dict[str, Any]) -> Model:
         [Input(**one) for one in table["inputs"]],
         [Output(**one) for one in table["outputs"]],
         name=str(table["name"]),
-    )
+    ).stated_as(table["size"])
 
 
 # The knee.

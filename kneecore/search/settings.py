@@ -102,11 +102,12 @@ class SearchSettings:
             raise ParameterError(
                 f"`repair_gap_percent` is {gap!r}; a number above 0 and below 100 is allowed"
             )
-        object.__setattr__(self, "repair_gap_percent", float(gap))
         if not self.repair:
             self._refuse_others_than_usual(
                 ("repair_gap_percent", "repair_models"), "it needs `repair`"
             )
+        object.__setattr__(self, "repair_gap_percent", float(gap))
+        if not self.repair:
             return
         if self.repair_models < 2:
             raise ParameterError(

@@ -87,14 +87,10 @@ def test_exact_is_not_below_the_genetic_algorithm_in_the_same_space():
 
 
 def test_the_solver_is_the_response_that_is_searched():
-    motion, rest = (
-        searched(SMALL, method="exact", solver=s) for s in ("dynamics", "equilibrium")
-    )
+    motion, rest = (searched(SMALL, method="exact", solver=s) for s in ("dynamics", "equilibrium"))
     assert rest.objective_model == pytest.approx(sum_of(rest), abs=1e-9)
     assert motion.objective_model < rest.objective_model
-    ga = searched(
-        SMALL, search_space="model", solver="equilibrium", pop_size=40, n_generations=20
-    )
+    ga = searched(SMALL, search_space="model", solver="equilibrium", pop_size=40, n_generations=20)
     assert ga.model.solver == "equilibrium"
     assert ga.objective_model == pytest.approx(sum_of(ga), abs=1e-9)
     assert ga.objective_model < rest.objective_model + 1e-9

@@ -108,7 +108,9 @@ def test_geometry_decides_and_material_matters_little(result):
     assert 0.75 < geometry.objective_model / result.objective_model < 1.02
     assert material.objective_model / result.objective_model < 0.25
     held = ~geometry.model.free
-    np.testing.assert_array_equal(geometry.x[:, held], np.tile(result.model.space.baseline[held], (2, 1)))
+    np.testing.assert_array_equal(
+        geometry.x[:, held], np.tile(result.model.space.baseline[held], (2, 1))
+    )
 
 
 def test_the_true_models_space_finds_more_than_the_surrogate(result):
@@ -119,7 +121,7 @@ def test_the_true_models_space_finds_more_than_the_surrogate(result):
     assert model.y_surrogate is None
     assert model.objective_model == pytest.approx(model.history[-1], rel=1e-12)
     assert model.objective_model > 0.85 * result.objective_model
-    assert model.counts["models_simulated"] == 1 + 2 * (60 + 40 * 54) + 2
+    assert model.counts["models_simulated"] == 2 * (60 + 40 * 54) + 2
 
 
 @pytest.mark.parametrize("objective", ["extension", "flexion"])
