@@ -1,4 +1,4 @@
-"""`worst_case` with the method "exact": the same result as the genetic algorithm's, with its evidence."""
+"""The method "exact": the same result as the genetic algorithm's, with its evidence."""
 
 import json
 
