@@ -1,6 +1,7 @@
 """What a search says about how good its result is, as JSON tables and back."""
 
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 from kneecore.errors import FileFormatError
@@ -17,8 +18,13 @@ from kneecore.search.result import (
 
 
 def optional(value: float | None, digits: int | None = DIGITS) -> float | None:
-    """Return a number as files hold it; see `kneecore.numbers.plain`."""
-    return value if value is None or digits is None else round(value, digits)
+    """Return a number as files hold it, with `digits` decimals; what is not finite is not known.
+
+    None for `digits` keeps it whole.
+    """
+    if value is None or not isfinite(value):
+        return None
+    return value if digits is None else round(value, digits)
 
 
 def evidence_table(evidence: Evidence | None, digits: int | None) -> dict[str, Any] | None:

@@ -98,7 +98,7 @@ def _model_part(result: SearchResult) -> dict[str, Any]:
         training = {
             "n_samples": len(result.training_x),
             "n_failed": int(np.count_nonzero(failed)),
-            "loo_rms": result.loo_rms,
+            "loo_rms": optional(result.loo_rms, None),
             "parameters": result.training_x.tolist(),
             "y": plain(result.training_y, digits=None),
         }

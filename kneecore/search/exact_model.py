@@ -1,7 +1,8 @@
 """The exact worst case of a model: climbs with exact gradients, in it or in one near it.
 
 A model in whose place its proxy is climbed (for knees in motion: the knees at rest) is climbed in
-by itself from there, without gradients.
+by itself from there, without gradients. Where the proxy often fails, bounds are so wide that many
+inputs end inside of them, and both models are evolved from there.
 
 Examples
 --------
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
 from kneecore.model import Model
+from kneecore.search.half_evolution import QUICK, THOROUGH, evolve_pair
 from kneecore.search.pattern_climb import ClimbedPair, climb_from_patterns
 from kneecore.search.result import Evidence
 from kneecore.search.sign_climb import ExactPair, ExactSettings, Report, climb_pair
@@ -78,7 +80,8 @@ def _evidence(slopes: _CountedSlopes, found: ExactPair, moved: ClimbedPair | Non
     return replace(
         evidence,
         second_best=moved.others[0] if moved.others else None,
-        objective_before_climb=moved.first_value,
+        # None where the model fails for every pair that the proxy has proposed.
+        objective_before_climb=moved.first_value if np.isfinite(moved.first_value) else None,
         n_models=moved.n_models,
     )
 
@@ -128,6 +131,15 @@ def exact_pair(
         )
         if not np.isfinite(moved.value):
             raise ModelError("none of the worst pairs at rest could be simulated in motion")
+        if many_failed:
+            moved = evolve_pair(
+                UnitModel(model),
+                moved,
+                weights,
+                stages=THOROUGH if settings.thorough else QUICK,
+                seed=settings.seed,
+                report=report,
+            )
     u, y = (found.u, found.y) if moved is None else (moved.u, moved.y)
     first = next(k for k in model.order if weights[k] > 0.0)
     if y[0, first] > y[1, first]:

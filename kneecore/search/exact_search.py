@@ -93,7 +93,7 @@ def exact_in_model(problem: Problem) -> Outcome:
     pair = exact_pair(
         problem.model.model,
         problem.weights,
-        settings=ExactSettings(seed=problem.settings.seed),
+        settings=ExactSettings(seed=problem.settings.seed, thorough=problem.settings.thorough),
         report=watch,
     )
     evidence = pair.evidence

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kneecore.search.sign_climb import SAME, ExactPair
 
-__all__ = ["ClimbedPair", "climb_from_patterns"]
+__all__ = ["BatchedModel", "ClimbedPair", "climb_from_patterns", "pair_signs", "pair_value"]
 
 FloatArray = NDArray[np.float64]
 BatchedModel = Callable[[FloatArray], FloatArray]
@@ -119,7 +119,7 @@ class _Climb:
         """Climb from a pair; return the pair and its outputs."""
         for size in _PROBES:
             for _ in range(_MAX_ROUNDS):
-                u, y, improved = self.improve(u, y, _both(y, weights), size)
+                u, y, improved = self.improve(u, y, pair_signs(y, weights), size)
                 if not improved:
                     break
         return u, y
@@ -128,7 +128,7 @@ class _Climb:
         self, u: FloatArray, y: FloatArray, weights: FloatArray, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray, bool]:
         """Throw two to six inputs of each model, on average, to their other bounds."""
-        both = _both(y, weights)
+        both = pair_signs(y, weights)
         shares = rng.integers(2, 7, (2, _N_KICKS, 1)) / u.shape[1]
         thrown = rng.random((2, _N_KICKS, u.shape[1])) < shares
         tried = np.where(thrown, 1.0 - np.round(u)[:, None], u[:, None])
@@ -142,13 +142,14 @@ class _Climb:
         return u, y, found
 
 
-def _both(y: FloatArray, weights: FloatArray) -> FloatArray:
+def pair_signs(y: FloatArray, weights: FloatArray) -> FloatArray:
     """Return the weighted signs of a pair's differences for the first model and for the second."""
     signed = np.where(y[0] >= y[1], 1.0, -1.0) * weights
     return np.stack([signed, -signed])
 
 
-def _value(y: FloatArray, weights: FloatArray) -> float:
+def pair_value(y: FloatArray, weights: FloatArray) -> float:
+    """Return f of a pair's outputs, shape (2, m); minus infinity if one has failed."""
     return float(_sums(np.abs(y[0] - y[1]), weights))
 
 
@@ -164,7 +165,7 @@ def _sampled_pairs(
         values = np.where(np.isfinite(y).all(axis=1), (np.nan_to_num(y) * w).sum(axis=1), np.nan)
         if np.isfinite(values).any():
             pairs.append([int(np.nanargmax(values)), int(np.nanargmin(values))])
-    pairs.sort(key=lambda p: -_value(y[p], weights))
+    pairs.sort(key=lambda p: -pair_value(y[p], weights))
     return [(u[p], y[p]) for p in pairs[:_N_EXTRA]]
 
 
@@ -211,14 +212,14 @@ def climb_from_patterns(
             others=(),
             n_models=climb.n_models,
         )
-    u, y_pair = max(ended, key=lambda pair: _value(pair[1], weights))
+    u, y_pair = max(ended, key=lambda pair: pair_value(pair[1], weights))
     for _ in range(_MAX_ROUNDS):
         u, y_pair, improved = climb.kick(u, y_pair, weights, rng)
         if not improved:
             break
         u, y_pair = climb.ascend(u, y_pair, weights)
-    value = _value(y_pair, weights)
-    others = np.concatenate([values, [_value(p, weights) for _, p in ended]])
+    value = pair_value(y_pair, weights)
+    others = np.concatenate([values, [pair_value(p, weights) for _, p in ended]])
     apart = others[np.isfinite(others) & (others < value - SAME * value)]
     return ClimbedPair(
         u=u,

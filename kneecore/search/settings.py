@@ -35,6 +35,9 @@ class SearchSettings:
     """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
     exact values). Unset: the surrogate with ga or repair, the model with exact where it has
     gradients."""
+    thorough: bool = option(False)
+    """Search longer where bounds are so wide that knees lose their equilibrium (exact search in
+    the true model)."""
     repair: bool = option(False)
     """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
     to the samples, fit again, search again; then try one input at a time at its other bound."""
@@ -75,8 +78,11 @@ class SearchSettings:
             raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
         if not isinstance(self.objective, str):
             raise ParameterError(f"`objective` is {self.objective!r}; a text is allowed")
-        if not isinstance(self.repair, bool):
-            raise ParameterError(f"`repair` is {self.repair!r}; True or False is allowed")
+        for name in ("repair", "thorough"):
+            if not isinstance(getattr(self, name), bool):
+                raise ParameterError(
+                    f"`{name}` is {getattr(self, name)!r}; True or False is allowed"
+                )
         self.options.split(self.pop_size)
         self._check_method()
         self._check_repair()

@@ -61,6 +61,8 @@ class ExactSettings:
     max_rounds: int = 12
     near: float = 0.85
     """Patterns below this share of the best one are not looked at further."""
+    thorough: bool = False
+    """Whether to evolve for longer where bounds are so wide that models fail within them."""
     seed: int = 0
 
     def __post_init__(self) -> None:
