@@ -11,21 +11,22 @@ Examples
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 
-__all__ = ["Column", "Input", "Output", "all_of", "number", "text"]
+__all__ = ["Column", "Input", "Output", "all_of", "number", "scales_of", "text"]
 
 
 def number(argument: str, value: Any) -> float:
     """Return `value` as a float; a `ParameterError` that names `argument` if it is no number."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterError(f"`{argument}` is {value!r}; one finite number is allowed")
+        raise ParameterError(f"`{argument}` is {shown(value)}; one finite number is allowed")
     try:
         finite = float(value)
     except OverflowError:
@@ -38,13 +39,13 @@ def number(argument: str, value: Any) -> float:
 def text(argument: str, value: Any) -> str:
     """Return `value`, or raise a `ParameterError` that names `argument` if it is no text."""
     if not isinstance(value, str):
-        raise ParameterError(f"`{argument}` is {value!r}; a text is allowed")
+        raise ParameterError(f"`{argument}` is {shown(value)}; a text is allowed")
     return value
 
 
 def _named(kind: str, value: Any) -> str:
     if not isinstance(value, str) or not value:
-        raise ParameterError(f"`name` of an {kind} is {value!r}; a text is needed")
+        raise ParameterError(f"`name` of an {kind} is {shown(value)}; a text is needed")
     return value
 
 
@@ -129,6 +130,17 @@ class Input:
             half = 0.01 * self.tolerance_percent * abs(self.nominal)
         return self.nominal - half, self.nominal + half
 
+    def widened(self, factor: float) -> Self:
+        """Return the input with bounds `factor` times as far from its nominal value."""
+        assert self.nominal is not None
+        return replace(
+            self,
+            tolerance_percent=None,
+            half_range=None,
+            lower=self.nominal - factor * (self.nominal - self.lower),
+            upper=self.nominal + factor * (self.upper - self.nominal),
+        )
+
     @property
     def label(self) -> str:
         """The unit for tables and axes."""
@@ -178,7 +190,7 @@ class Output:
             usable = False
         if not (usable and np.isfinite(axis).all()):
             raise ParameterError(
-                f"`axis of {self.name}` is {self.axis!r}; a row of finite numbers is allowed"
+                f"`axis of {self.name}` is {shown(self.axis)}; a row of finite numbers is allowed"
             )
         return tuple(float(v) for v in axis)
 
@@ -210,16 +222,36 @@ class Column:
         return place if self.alone else f"{self.output.name} at {place}"
 
 
+def scales_of(outputs: Sequence[Output]) -> list[float]:
+    """Return the difference that counts as 1 for each number of a model's outputs.
+
+    Raises
+    ------
+    ParameterError
+        If outputs of different units have none.
+    """
+    units = {output.unit for output in outputs}
+    unscaled = [output.name for output in outputs if output.scale is None]
+    if len(units) > 1 and unscaled:
+        raise ParameterError(
+            f"`outputs` have different units ({', '.join(sorted(u or 'none' for u in units))}) "
+            f"and {unscaled[0]!r} has no `scale`; give each the difference that counts as 1, "
+            "such as Output('gain', unit='dB', scale=3)"
+        )
+    columns = [output.scale for output in outputs for _ in range(output.n_columns)]
+    return [1.0 if scale is None else scale for scale in columns]
+
+
 def all_of(kind: type[Any], argument: str, given: Any) -> tuple[Any, ...]:
     """Return a list of inputs or outputs checked: at least one, each with its own name."""
     if isinstance(given, str | kind | Mapping) or not isinstance(given, Sequence):
         raise ParameterError(
-            f"`{argument}` is {given!r}; a list of kneecore.{kind.__name__} is allowed"
+            f"`{argument}` is {shown(given)}; a list of kneecore.{kind.__name__} is allowed"
         )
     wrong = next((item for item in given if not isinstance(item, kind)), None)
     if wrong is not None or not given:
         raise ParameterError(
-            f"`{argument}` has {wrong!r} in it; kneecore.{kind.__name__}s are allowed"
+            f"`{argument}` has {shown(wrong)} in it; kneecore.{kind.__name__}s are allowed"
             if given
             else f"`{argument}` is empty; at least one kneecore.{kind.__name__} is needed"
         )

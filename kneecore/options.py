@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 
 __all__ = ["Option", "check_choices", "option", "options_of"]
@@ -77,8 +78,9 @@ def _docstrings(settings: type[Any]) -> dict[str, str]:
     assert isinstance(tree, ast.ClassDef)
     found = {}
     for above, below in zip(tree.body, tree.body[1:], strict=False):
-        pair = isinstance(above, ast.AnnAssign) and isinstance(below, ast.Expr)
-        if pair and isinstance(above.target, ast.Name) and isinstance(below.value, ast.Constant):
+        if not (isinstance(above, ast.AnnAssign) and isinstance(below, ast.Expr)):
+            continue
+        if isinstance(above.target, ast.Name) and isinstance(below.value, ast.Constant):
             found[above.target.id] = " ".join(str(below.value.value).split())
     return found
 
@@ -125,4 +127,4 @@ def check_choices(settings: Any) -> None:
         unset = value is None and one.default is None
         if one.choices and not unset and not (isinstance(value, str) and value in one.choices):
             allowed = " or ".join(repr(choice) for choice in one.choices)
-            raise ParameterError(f"`{one.name}` is {value!r}; {allowed} is allowed")
+            raise ParameterError(f"`{one.name}` is {shown(value)}; {allowed} is allowed")

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._threads import thread_count
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
@@ -112,15 +112,14 @@ class Knee(Model):
         threads: int | None = None,
     ) -> None:
         if not isinstance(space, ParameterSpace | None):
-            raise ParameterError(f"`space` is {space!r}; a ParameterSpace is allowed")
+            raise ParameterError(f"`space` is {shown(space)}; a ParameterSpace is allowed")
         self.space = ParameterSpace() if space is None else space
         self.solver = check_solver(solver)
         if rest_length not in ("recomputed", "fixed"):
             raise ParameterError(
-                f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
+                f"`rest_length` is {shown(rest_length)}; 'recomputed' or 'fixed' is allowed"
             )
         self.rest_length = rest_length
-        thread_count(threads)
         super().__init__(
             None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
         )

@@ -6,6 +6,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -75,13 +76,13 @@ class SearchSettings:
         object.__setattr__(self, "seed", check_seed(self.seed))
         object.__setattr__(self, "weights", _checked_weights(self.weights))
         if not isinstance(self.options, GeneticOptions):
-            raise ParameterError(f"`options` is {self.options!r}; GeneticOptions are allowed")
+            raise ParameterError(f"`options` is {shown(self.options)}; GeneticOptions are allowed")
         if not isinstance(self.objective, str):
-            raise ParameterError(f"`objective` is {self.objective!r}; a text is allowed")
+            raise ParameterError(f"`objective` is {shown(self.objective)}; a text is allowed")
         for name in ("repair", "thorough"):
             if not isinstance(getattr(self, name), bool):
                 raise ParameterError(
-                    f"`{name}` is {getattr(self, name)!r}; True or False is allowed"
+                    f"`{name}` is {shown(getattr(self, name))}; True or False is allowed"
                 )
         self.options.split(self.pop_size)
         self._check_method()
@@ -91,7 +92,7 @@ class SearchSettings:
         usual = {o.name: o.default for o in options_of(type(self))}
         for name in names:
             if getattr(self, name) != usual[name]:
-                raise ParameterError(f"`{name}` is {getattr(self, name)!r}; {why}")
+                raise ParameterError(f"`{name}` is {shown(getattr(self, name))}; {why}")
 
     def _check_method(self) -> None:
         """Raise if there are options that are another method's."""
@@ -106,7 +107,7 @@ class SearchSettings:
         gap = self.repair_gap_percent
         if isinstance(gap, bool) or not isinstance(gap, Real) or not 0.0 < gap < 100.0:
             raise ParameterError(
-                f"`repair_gap_percent` is {gap!r}; a number above 0 and below 100 is allowed"
+                f"`repair_gap_percent` is {shown(gap)}; a number above 0 and below 100 is allowed"
             )
         if not self.repair:
             self._refuse_others_than_usual(
@@ -178,7 +179,7 @@ def _checked_weights(given: Any) -> tuple[float, ...] | None:
         usable = False
     if not usable or not np.isfinite(weights).all() or (weights < 0.0).any() or not weights.any():
         raise ParameterError(
-            f"`weights` is {given!r}; a row of finite numbers of at least 0, one above 0, is "
+            f"`weights` is {shown(given)}; a row of finite numbers of at least 0, one above 0, is "
             "allowed"
         )
     return tuple(float(w) for w in weights)
