@@ -17,19 +17,32 @@ Cache
 Numba notices a change in the file that holds a kernel but not in the kernels that it imports, and
 then serves a stale result. So the cache folder's name carries a hash of all files that may hold
 kernels: change one, and all are compiled anew. ``NUMBA_CACHE_DIR`` is honoured; without it the
-user's cache folder is taken, and without that nothing is cached.
+user's cache folder is taken, and without that nothing is cached. A cache that is broken or cannot
+be written is none (`kneecore._kernel_cache`).
+
+Without the compiler
+--------------------
+With ``NUMBA_DISABLE_JIT=1`` the kernels run as Python, slowly. There 1 / 0 is an error where the
+compiled code goes on with infinity, so all their numbers are kept NumPy's, whose 1 / 0 is infinity
+too.
 """
 
+import errno
 import hashlib
+import math
 import os
 from collections.abc import Callable
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from types import FunctionType
+from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 import platformdirs
 from numba.core import config
+
+from kneecore import _kernel_cache
 
 __all__ = ["inline", "kernel"]
 
@@ -41,7 +54,8 @@ def _source_hash() -> str:
     package = Path(__file__).resolve().parent
     digest = hashlib.sha256()
     sources = sorted(
-        [*package.glob("knee/**/*.py"), *package.glob("numerics/*.py"), Path(__file__)]
+        [*package.glob("knee/**/*.py"), *package.glob("numerics/*.py")]
+        + [Path(__file__), Path(_kernel_cache.__file__)]
     )
     for source in sources:
         digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
@@ -55,29 +69,59 @@ def cache_folder() -> Path | None:
     folder = Path(base) / f"kneecore-{_source_hash()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
+        _kernel_cache.tell(str(folder), error)
         return None
-    return folder if os.access(folder, os.W_OK) else None
+    return folder
 
 
 def kernel(function: _F) -> _F:
     """Compile `function` at its first call: cached, without the GIL, division as in NumPy."""
+    if config.DISABLE_JIT:
+        return _interpreted(function)
+    compiled: _F = numba.njit(nogil=True, error_model="numpy", fastmath=_FASTMATH)(function)
     folder = cache_folder()
-    before = config.CACHE_DIR
-    # Numba reads the folder once, while it decorates; other people's kernels keep their own.
-    config.CACHE_DIR = str(folder or "")
-    try:
-        compiled: _F = numba.njit(
-            cache=folder is not None, nogil=True, error_model="numpy", fastmath=_FASTMATH
-        )(function)
-    finally:
-        config.CACHE_DIR = before
+    if folder is not None:
+        before = config.CACHE_DIR
+        # Numba reads the folder once, here; other people's kernels keep their own.
+        config.CACHE_DIR = str(folder)
+        try:
+            _kernel_cache.install(compiled, folder)
+        finally:
+            config.CACHE_DIR = before
     return compiled
 
 
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small `function` into each of its callers."""
+    if config.DISABLE_JIT:
+        return _interpreted(function)
     compiled: Callable[..., Any] = numba.njit(
         forceinline=True, error_model="numpy", fastmath=_FASTMATH
     )(function)
     return compiled
+
+
+class _NumpyMath:
+    """`math` with NumPy's numbers: the root of -1 is NaN, and a quotient of results may be inf."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name, None) or getattr(math, name)
+
+
+def _interpreted(function: _F) -> _F:
+    """Return `function` as Python that computes as the compiled one would, if slowly."""
+    own: FunctionType | None = None
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        nonlocal own
+        if own is None:  # only now are all names of its module there
+            names = {**function.__globals__, "math": _NumpyMath(), "float": np.float64}
+            own = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+        with np.errstate(all="ignore"):
+            return own(*arguments)
+
+    return cast("_F", call)

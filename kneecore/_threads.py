@@ -5,10 +5,12 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
-from numbers import Integral
 from typing import TypeVar
 
-from kneecore.errors import ParameterError
+from kneecore._arguments import whole_number
+
+MOST_THREADS = 1024
+"""No fewer than the cores of a large machine, and few enough for a process to start."""
 
 _T = TypeVar("_T")
 
@@ -26,13 +28,11 @@ def thread_count(threads: int | None) -> int:
     Raises
     ------
     ParameterError
-        If `threads` is below one.
+        If `threads` is no whole number from 1 to 1,024.
     """
     if threads is None:
         return available_cores()
-    if isinstance(threads, bool) or not isinstance(threads, Integral) or threads < 1:
-        raise ParameterError(f"`threads` is {threads!r}; a whole number of at least 1 is allowed")
-    return int(threads)
+    return whole_number("threads", threads, 1, MOST_THREADS)
 
 
 @lru_cache(maxsize=8)

@@ -12,41 +12,22 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from typing import Any, Self
 
 import numpy as np
 
-from kneecore._arguments import shown
+from kneecore._arguments import number, one_line, shown
 from kneecore.errors import ParameterError
 
-__all__ = ["Column", "Input", "Output", "all_of", "number", "scales_of", "text"]
+__all__ = ["Column", "Input", "Output", "all_of", "scales_of"]
 
-
-def number(argument: str, value: Any) -> float:
-    """Return `value` as a float; a `ParameterError` that names `argument` if it is no number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterError(f"`{argument}` is {shown(value)}; one finite number is allowed")
-    try:
-        finite = float(value)
-    except OverflowError:
-        finite = np.inf
-    if not np.isfinite(finite):
-        raise ParameterError(f"`{argument}` is {finite:g}; one finite number is allowed")
-    return finite
-
-
-def text(argument: str, value: Any) -> str:
-    """Return `value`, or raise a `ParameterError` that names `argument` if it is no text."""
-    if not isinstance(value, str):
-        raise ParameterError(f"`{argument}` is {shown(value)}; a text is allowed")
-    return value
+_LONGEST = 200  # characters of a name or a unit
 
 
 def _named(kind: str, value: Any) -> str:
-    if not isinstance(value, str) or not value:
+    if not isinstance(value, str) or not value.strip():
         raise ParameterError(f"`name` of an {kind} is {shown(value)}; a text is needed")
-    return value
+    return one_line(f"name of an {kind}", value, _LONGEST)
 
 
 @dataclass(frozen=True)
@@ -87,7 +68,7 @@ class Input:
             if value is not None:
                 object.__setattr__(self, name, number(f"{name} of {self.name}", value))
         for name in ("unit", *(("shown_unit",) if self.shown_unit is not None else ())):
-            text(f"{name} of {self.name}", getattr(self, name))
+            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
         if number(f"shown_scale of {self.name}", self.shown_scale) <= 0.0:
             raise ParameterError(
                 f"`shown_scale of {self.name}` is {self.shown_scale:g}; above 0 is allowed"
@@ -173,7 +154,7 @@ class Output:
     def __post_init__(self) -> None:
         _named("Output", self.name)
         for name in ("unit", "axis_name", "axis_unit"):
-            text(f"{name} of {self.name}", getattr(self, name))
+            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
         if self.axis is not None:
             object.__setattr__(self, "axis", self._checked_axis())
         if self.scale is not None:
@@ -220,6 +201,12 @@ class Column:
         )
         place = f"{self.at:{'+' if signed else ''}g} {self.output.axis_unit}".rstrip()
         return place if self.alone else f"{self.output.name} at {place}"
+
+    @property
+    def title(self) -> str:
+        """The column with its output's name, such as `flexion at +5 N m`."""
+        alone_on_axis = self.alone and self.at is not None
+        return f"{self.output.name} at {self.label}" if alone_on_axis else self.label
 
 
 def scales_of(outputs: Sequence[Output]) -> list[float]:

@@ -27,10 +27,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import flag, shown
+from kneecore._arguments import flag, number, one_line, shown
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
-from kneecore.inputs import Column, Input, Output, all_of, number, scales_of, text
+from kneecore.inputs import Column, Input, Output, all_of, scales_of
 from kneecore.returned import jacobian_of, run_all, run_each, shapes_of
 from kneecore.shape import Shape
 
@@ -94,6 +94,8 @@ class Model:
     size_unit: str = ""
     sizes: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
     """Sizes that a sweep goes through unless told otherwise."""
+    goal: float | None = None
+    """Largest value of the watched column that is good enough, where one is known."""
 
     def __init__(
         self,
@@ -114,7 +116,7 @@ class Model:
         self.outputs = all_of(Output, "outputs", outputs)
         self._run, self._gradient, self._draw = run, gradient, draw
         self._batched = flag("batched", batched)
-        self.name = text("name", name)
+        self.name = one_line("name", name, 200)
         thread_count(threads)
         self.threads = threads
         self._size = 1.0
@@ -173,6 +175,14 @@ class Model:
     @property
     def groups(self) -> Mapping[str, str]:
         """Which group each input belongs to, by name; empty where there are none."""
+        return {}
+
+    @property
+    def computed(self) -> Mapping[str, str]:
+        """How its numbers are computed, by name, where there is a choice.
+
+        Results of models that differ here cannot be held against each other.
+        """
         return {}
 
     @property
@@ -252,21 +262,16 @@ class Model:
         sides[..., self.free] = side
         return sides
 
-    def stated_as(self, size: float) -> Self:
-        """Return the same model, its bounds taken for `size` times as wide as those stated."""
-        if number("size", size) <= 0.0:
-            raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
-        model = self._copy()
-        model._size = float(size)
-        return model
-
     def with_size(self, size: float) -> Self:
         """Return the model with bounds `size` times as wide as stated, around the nominal point."""
-        model = self.stated_as(size)
-        factor = size / self.size
+        factor = number("size", size) / self.size
+        if factor <= 0.0:
+            raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
+        model = self._copy()
         model.inputs = tuple(one.widened(factor) for one in self.inputs)
         model.lower = _held([i.lower for i in model.inputs])
         model.upper = _held([i.upper for i in model.inputs])
+        model._size = float(size)
         return model
 
     def _copy(self) -> Self:

@@ -20,3 +20,8 @@ def plain(values: ArrayLike, factor: float = 1.0, digits: int | None = DIGITS) -
     held = np.array(array, dtype=object)
     held[~np.isfinite(array)] = None
     return held.tolist()
+
+
+def exact(values: ArrayLike) -> Any:
+    """Return numbers as (nested lists of) floats with all their digits, None if not finite."""
+    return plain(values, digits=None)

@@ -48,12 +48,21 @@ class Format:
 _PLACES: dict[str, tuple[str, str, str]] = {
     "SearchResult": ("report.search", "files.search", "figures.search"),
     "MonteCarloResult": ("report.monte_carlo", "files.monte_carlo", "figures.monte_carlo"),
+    "Comparison": ("report.comparison", "files.comparison", "figures.comparison"),
     "InfluenceResult": ("report.influence", "files.influence", "figures.influence"),
     "Landscape": ("report.landscape", "files.landscape", "figures.landscape"),
     "BoundSweep": ("report.bound_sweep", "files.bound_sweep", "figures.bound_sweep"),
-    "NeededAccuracy": ("report.needed_accuracy", "files.needed_accuracy", ""),
+    "NeededAccuracy": (
+        "report.needed_accuracy",
+        "files.needed_accuracy",
+        "figures.needed_accuracy",
+    ),
     "TrainingSweep": ("report.training_sweep", "files.training_sweep", "figures.training_sweep"),
-    "SurrogateQuality": ("report.surrogate_quality", "files.surrogate_quality", ""),
+    "SurrogateQuality": (
+        "report.surrogate_quality",
+        "files.surrogate_quality",
+        "figures.surrogate_quality",
+    ),
     "PaperReport": ("report.paper", "files.paper", "figures.paper"),
     "Response": ("report.response", "files.response", ""),
 }

@@ -1,18 +1,17 @@
 """`python -m kneecore.paper`: redo the paper from a terminal and judge it claim by claim."""
 
-import json
 import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from kneecore.cli import run as _cli
-from kneecore.cli.space_options import Count, File, Folder
+from kneecore.cli import run
+from kneecore.cli.knee_options import Count, File, Folder
 from kneecore.errors import KneecoreError
 
 if TYPE_CHECKING:
-    from kneecore.paper.redo import PaperReport
+    from kneecore.paper.result import PaperReport
     from kneecore.progress import Callback
 
 COMMAND = "python -m kneecore.paper"
@@ -48,57 +47,56 @@ class Options:
 
 def _redo(options: Options, stop: threading.Event, show: "Callback") -> "PaperReport":
     from kneecore.files.folder import prepare_folder
+    from kneecore.files.paper import FORMAT
+    from kneecore.knee.model import Knee
     from kneecore.knee.space import ParameterSpace
-    from kneecore.paper.redo import REPORT_FILE, redo_paper
+    from kneecore.paper.redo import redo_paper
 
     space = None if options.baseline is None else ParameterSpace.from_file(options.baseline)
     if options.out is not None:
-        prepare_folder(options.out, force=options.force, holds=REPORT_FILE)
+        prepare_folder(options.out, force=options.force, holds=FORMAT.file)
     return redo_paper(
-        space,
+        Knee(space, threads=options.threads),
         quick=options.quick,
         seed=options.seed,
-        threads=options.threads,
         callback=lambda progress: show(progress) or stop.is_set(),
     )
 
 
-def _save(folder: str, report: "PaperReport", show: "Callback") -> int:
+def _save(options: Options, report: "PaperReport", show: "Callback") -> int:
     """Draw and write the report; return the number of files."""
-    from pathlib import Path
-
-    from kneecore.files.folder import write_all
     from kneecore.progress import Progress
 
+    assert options.out is not None
     show(Progress(stage="drawing the figures", done=0, total=1))
-    return len(write_all(Path(folder), report.files()))
+    return len(report.save(options.out, force=options.force))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = _cli.parse(Options, arguments, COMMAND)
+    options = run.parse(Options, arguments, COMMAND)
     from kneecore.cli.progress import ProgressDisplay
     from kneecore.progress import Cancelled
 
     saved = "nothing was saved"
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
-            report, interrupted = _cli.run_cancellable(
+            report, interrupted = run.run_cancellable(
                 lambda stop: _redo(options, stop, show), COMMAND, show.close
             )
         # Printed first: a folder that cannot be written takes nothing away.
-        _cli.put(json.dumps(report.to_dict(), allow_nan=False) if options.json else str(report))
+        run.put(report.to_json().rstrip() if options.json else str(report))
         if interrupted:  # after the last step
             raise Cancelled
         if options.out is not None:
             with ProgressDisplay(quiet=options.quiet) as show:
-                n_files = _save(options.out, report, show)
+                n_files = _save(options, report, show)
             saved = f"{n_files} files written to {options.out}"
             if not options.quiet:
                 print(f"{COMMAND}: {saved}", file=sys.stderr)
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error, options, {"folder": "--out"})
+        return run.fail(COMMAND, error, options, {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
         print(f"{COMMAND}: interrupted; {saved}", file=sys.stderr)
-        return _cli.INTERRUPTED
-    return _cli.DONE
+        return run.INTERRUPTED
+    return run.DONE

@@ -17,7 +17,20 @@ from typing import Any, TypeVar
 
 import tyro
 
+from kneecore.cli.terminal import Held, put, put_as_it_is, say
 from kneecore.errors import KneecoreError, ModelError, OutputError
+
+__all__ = [
+    "DONE",
+    "INTERRUPTED",
+    "NOT_ALLOWED",
+    "NO_ANSWER",
+    "fail",
+    "parse",
+    "put",
+    "run_cancellable",
+    "say",
+]
 
 DONE, NO_ANSWER, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
 PATIENCE = 0.6
@@ -39,9 +52,9 @@ def _open_streams() -> None:
 def parse(options: type[_T], arguments: Sequence[str] | None, command: str) -> _T:
     """Return the parsed options; a wrong one ends the process with one line and exit code 2."""
     _open_streams()
-    said = io.StringIO()
+    said, shown = io.StringIO(), Held()
     try:
-        with contextlib.redirect_stderr(said):
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
             return tyro.cli(
                 options,
                 args=arguments,
@@ -50,10 +63,17 @@ def parse(options: type[_T], arguments: Sequence[str] | None, command: str) -> _
             )
     except SystemExit as stop:
         if not stop.code:
-            raise
-        first = _first_sentence(said.getvalue())
-        print(f"{command}: {first} (see --help)", file=sys.stderr)
+            raise SystemExit(_help(shown.getvalue(), command)) from None
+        say(command, f"{_first_sentence(said.getvalue())} (see --help)")
         raise SystemExit(NOT_ALLOWED) from None
+
+
+def _help(text: str, command: str) -> int:
+    try:
+        put_as_it_is(text.removesuffix("\n"))
+    except OutputError as error:
+        return fail(command, error)
+    return DONE
 
 
 def _first_sentence(message: str) -> str:
@@ -80,28 +100,9 @@ def fail(
     flags = dict(names)
     if dataclasses.is_dataclass(options):
         flags |= {f.name: f"--{f.name.replace('_', '-')}" for f in dataclasses.fields(options)}
-    line = " ".join(str(error).split())
-    line = re.sub(r"`(\w+)`", lambda found: f"`{flags.get(found[1], found[1])}`", line)
-    print(f"{command}: {line}", file=sys.stderr)
+    line = re.sub(r"`(\w+)`", lambda found: f"`{flags.get(found[1], found[1])}`", str(error))
+    say(command, line)
     return NO_ANSWER if isinstance(error, ModelError) else NOT_ALLOWED
-
-
-def put(text: str) -> None:
-    """Print to stdout; a reader that has gone (``| head``) is no error.
-
-    Raises
-    ------
-    OutputError
-        If stdout takes no more.
-    """
-    try:
-        print(text, flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except OSError as error:
-        # What is still in the buffer would fail once more when the process ends.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise OutputError(f"stdout cannot be written ({error.strerror or error})") from None
 
 
 @contextlib.contextmanager
@@ -154,7 +155,7 @@ def run_cancellable(
         worker.join(PATIENCE)
         if worker.is_alive():
             close()
-            print(f"{command}: interrupted; nothing was saved", file=sys.stderr, flush=True)
+            say(command, "interrupted; nothing was saved")
             os._exit(INTERRUPTED)  # a compilation cannot be stopped in any other way
     if isinstance(outcome.get("error"), MemoryError):
         raise ModelError(f"out of memory: {outcome['error'] or 'a smaller task is needed'}")

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from kneecore.figures.search import draw_figures
-from kneecore.figures.study import band_figure, bars_figure
-from kneecore.paper.experiments import Experiments
+from kneecore.figures.influence import bars_figure
+from kneecore.figures.monte_carlo import band_figure
+from kneecore.figures.search import draw as draw_search
+from kneecore.paper.result import PaperReport
 
-__all__ = ["CAPTIONS", "INFLUENCE_FIGURE", "paper_figures"]
+__all__ = ["CAPTIONS", "INFLUENCE_FIGURE", "draw"]
 
 INFLUENCE_FIGURE = "figure_influence"
 CAPTIONS: Mapping[str, str] = {
@@ -26,16 +27,19 @@ CAPTIONS: Mapping[str, str] = {
 """File names without an ending, in the report's order, and what the figures show."""
 
 
-def paper_figures(done: Experiments) -> dict[str, Figure]:
-    """Return the figures by the names of `CAPTIONS`."""
-    drawn = draw_figures(done.main)
+def draw(report: PaperReport) -> dict[str, Figure]:
+    """Return the figures by the names of `CAPTIONS`; none for a report read from a file."""
+    done = report.experiments
+    if done is None:
+        return {}
+    drawn = draw_search(done.main)
     drawn["figure_1_band"] = band_figure(done.sampling, done.main)
     drawn[INFLUENCE_FIGURE] = bars_figure(done.influence)
     for name, case in (
         ("figure_s1_geometry_only", "geometry"),
         ("figure_s2_material_only", "material"),
     ):
-        figure = draw_figures(done.cases[case])["figure_1_moment_angle"]
+        figure = draw_search(done.cases[case])["figure_1_moment_angle"]
         figure.axes[0].set_title(f"Moment against angle, {case} only")
         drawn[name] = figure
     return {name: drawn[name] for name in CAPTIONS}

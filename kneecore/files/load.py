@@ -1,22 +1,22 @@
 """Results read back: one way in for every type, one line for every fault."""
 
-import json
 from pathlib import Path
 from typing import Any
 
+from kneecore._arguments import file_name
+from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.presented import Format, format_with_schema
 
 __all__ = ["MAX_BYTES", "from_json", "load", "load_with"]
 
 MAX_BYTES = 50_000_000
+WITH_OTHERS = "paper.json"
+"""The result that has others beside it: the paper's searches and samples."""
 
 
 def _document(text: str) -> dict[str, Any]:
-    try:
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"not a JSON file: {error}") from None
+    document = parse_json(text, MAX_BYTES)
     if not isinstance(document, dict):
         raise FileFormatError("not a JSON object")
     return document
@@ -50,14 +50,7 @@ def from_json(text: str, form: Format) -> Any:
 
 
 def _text_of(path: Path) -> str:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise FileFormatError(f"larger than {MAX_BYTES:,} bytes")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FileFormatError(f"cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise FileFormatError("not a text file in UTF-8") from None
+    return read_text(path, MAX_BYTES)
 
 
 def load_with(path: str | Path, form: Format) -> Any:
@@ -68,7 +61,7 @@ def load_with(path: str | Path, form: Format) -> Any:
     FileFormatError
         If it cannot be read or is no such result; the message names the file.
     """
-    path = Path(path)
+    path = Path(file_name("path", path))
     if path.is_dir():
         path = path / form.file
     try:
@@ -85,7 +78,7 @@ def load(path: str | Path) -> Any:
     FileFormatError
         If there is none, or more than one in a folder; the message names the file.
     """
-    path = Path(path)
+    path = Path(file_name("path", path))
     if path.is_dir():
         path = _only_result(path)
     try:
@@ -101,6 +94,7 @@ def load(path: str | Path) -> Any:
 def _only_result(folder: Path) -> Path:
     """Return the JSON file in a folder of `save`."""
     found = sorted(folder.glob("*.json"))
+    found = [path for path in found if path.name == WITH_OTHERS] or found
     if len(found) != 1:
         names = ", ".join(path.name for path in found) or "none"
         raise FileFormatError(f"{folder}: one JSON file is needed, there are: {names}")

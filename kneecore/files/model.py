@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import number
 from kneecore.errors import FileFormatError
 from kneecore.inputs import Input, Output
 from kneecore.knee.model import Knee
@@ -83,7 +84,10 @@ def model_table(model: Model) -> dict[str, Any]:
     """Return a model's inputs and outputs."""
     return {
         "name": model.name,
+        "watched": model.watched,
         "size": model.size,
+        "size_name": model.size_name,
+        "size_unit": model.size_unit,
         "inputs": [
             {
                 "name": i.name,
@@ -112,12 +116,30 @@ def model_table(model: Model) -> dict[str, Any]:
 
 def read_model(table: dict[str, Any]) -> Model:
     """Return the model that `model_table` has told; it has no function and cannot be run."""
-    return Model(
-        None,
-        [Input(**one) for one in table["inputs"]],
-        [Output(**one) for one in table["outputs"]],
-        name=str(table["name"]),
-    ).stated_as(table["size"])
+    return _ReadModel(table)
+
+
+class _ReadModel(Model):
+    """A model as a file tells it."""
+
+    def __init__(self, table: dict[str, Any]) -> None:
+        super().__init__(
+            None,
+            [Input(**one) for one in table["inputs"]],
+            [Output(**one) for one in table["outputs"]],
+            name=str(table["name"]),
+        )
+        # Files that were written before these were told have the usual ones.
+        self.watched = int(table.get("watched", self.watched))
+        self._size = number("size", table["size"])
+        self.size_name = str(table.get("size_name", self.size_name))
+        self.size_unit = str(table.get("size_unit", self.size_unit))
+        if self._size <= 0.0:
+            raise FileFormatError(f"`size` is {self._size:g}; a number above 0 is allowed")
+        if not 0 <= self.watched < self.n_outputs:
+            raise FileFormatError(
+                f"`watched` is {self.watched}; a number from 0 to {self.n_outputs - 1} is allowed"
+            )
 
 
 # The knee.

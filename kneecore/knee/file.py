@@ -1,8 +1,7 @@
 """Knee files (TOML): a baseline with units, half-ranges and sources; optionally a current knee."""
 
 import math
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,6 +11,9 @@ import numpy as np
 import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore import _untrusted
+from kneecore._arguments import file_name, flag, numbers, one_line, shown
+from kneecore._arguments import text as checked_text
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units
@@ -29,6 +31,8 @@ __all__ = ["KneeFile", "dump_knee", "packaged_knee", "parameter_table", "parse_k
 
 SCHEMA = "kneecore.knee/1"
 MAX_BYTES = 1_000_000
+LONGEST_TEXT = 4_000
+"""Characters of a title, a note or a source."""
 _DISPLAY_UNITS = {row[0]: row[3] for row in STRUCTURE}
 _TOP_KEYS = {"schema", "title", "note", "prior", "parameters", "current"}
 _PARAMETER_KEYS = {"value", "unit", "half_range", "half_range_unit", "source"}
@@ -59,27 +63,28 @@ def _number(where: str, value: Any) -> float:
         if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
             return float(value)
     except OverflowError:  # a whole number that no float can hold
-        value = "too large"
-    raise FileFormatError(f"`{where}` is {value!r}; a finite number is allowed")
+        pass
+    raise FileFormatError(f"`{where}` is {shown(value)}; a finite number is allowed")
 
 
 def _text(where: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise FileFormatError(f"`{where}` is {value!r}; text is allowed")
-    return value.strip()
+    try:
+        return checked_text(where, value, LONGEST_TEXT).strip()
+    except ParameterError as error:
+        raise FileFormatError(str(error)) from None
 
 
 def _table(where: str, value: Any) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise FileFormatError(f"`{where}` is {value!r}; a table is allowed")
+        raise FileFormatError(f"`{where}` is {shown(value)}; a table is allowed")
     return value
 
 
 def _known(where: str, table: Mapping[str, Any], allowed: set[str] | tuple[str, ...]) -> None:
     for key in table:
         if key not in allowed:
-            shown = ", ".join(sorted(allowed)) if len(allowed) < 10 else "the 28 parameters' names"
-            raise FileFormatError(f"`{where}` has the unknown key {key!r}; allowed: {shown}")
+            names = ", ".join(sorted(allowed)) if len(allowed) < 10 else "the 28 parameters' names"
+            raise FileFormatError(f"`{where}` has the unknown key {shown(key)}; allowed: {names}")
 
 
 def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
@@ -107,26 +112,30 @@ def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
         half *= factor
     else:
         raise FileFormatError(
-            f"`{where}.half_range_unit` is {unit_of_half!r}; {table['unit']!r} or '%' is allowed"
+            f"`{where}.half_range_unit` is {shown(unit_of_half)}; "
+            f"{table['unit']!r} or '%' is allowed"
         )
+    if not math.isfinite(half):
+        raise FileFormatError(f"`{where}.half_range` is {half:g}; a finite number is allowed")
     return factor, value, half, _text(f"{where}.source", table.get("source", ""))
 
 
-def parse_knee(text: str) -> KneeFile:
-    """Return the knee that the TOML `text` describes.
+def parse_knee(text: str | bytes) -> KneeFile:
+    """Return the knee that the TOML `text` describes, a file's content in UTF-8 or decoded.
 
     Raises
     ------
     FileFormatError
-        For text that is not TOML, an unknown schema, key or unit, a missing parameter, or values
-        that no knee can have.
+        For text that is larger than 1 MB, too deeply nested or not TOML, an unknown schema, key or
+        unit, a missing parameter, or values that no knee can have.
     """
-    try:
-        document = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"not a TOML file: {error}") from None
+    if isinstance(text, bytes | bytearray):
+        text = _untrusted.decoded(bytes(text))
+    elif not isinstance(text, str):
+        raise ParameterError(f"`text` is {shown(text)}; a knee file's text is allowed")
+    document = _untrusted.parse_toml(text, MAX_BYTES)
     if document.get("schema") != SCHEMA:
-        raise FileFormatError(f"`schema` is {document.get('schema')!r}; {SCHEMA!r} is allowed")
+        raise FileFormatError(f"`schema` is {shown(document.get('schema'))}; {SCHEMA!r} is allowed")
     _known("the file", document, _TOP_KEYS)
     table = _table("parameters", document.get("parameters", {}))
     _known("parameters", table, ALL_NAMES)
@@ -137,26 +146,27 @@ def parse_knee(text: str) -> KneeFile:
             + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
             + "; all 28 are needed"
         )
-    names, table = _with_rest_lengths(table, document.get("current", {}))
+    entries = _table("current", document.get("current", {}))
+    names, table = _with_rest_lengths(table, entries)
     rows = [_parameter(name, table[name]) for name in names]
     factors, values, halves, sources = zip(*rows, strict=True)
     baseline = _possible(np.array(values), "parameters")
     current = None
     if "current" in document:
         current = baseline.copy()
-        entries = _table("current", document["current"])
         _known("current", entries, names)
         for name, value in entries.items():
             index = names.index(name)
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
+    title = _text("title", document.get("title", "Untitled knee"))
     note = _text("note", document["note"]) if "note" in document else None
     half_ranges = np.array(halves)
     for array in (baseline, half_ranges, current):
         if array is not None:
             array.setflags(write=False)
     return KneeFile(
-        title=_text("title", document.get("title", "Untitled knee")),
+        title=one_line("title", title, LONGEST_TEXT),
         note=note,
         baseline=baseline,
         half_ranges=half_ranges,
@@ -166,7 +176,7 @@ def parse_knee(text: str) -> KneeFile:
 
 
 def _with_rest_lengths(
-    table: Mapping[str, Any], current: Any
+    table: Mapping[str, Any], current: Mapping[str, Any]
 ) -> tuple[tuple[str, ...], Mapping[str, Any]]:
     """Return the names to read and the table, rest lengths included if any is named."""
     if not any(name in table or name in current for name in REST_LENGTH_NAMES):
@@ -188,22 +198,18 @@ def read_knee(path: str | Path) -> KneeFile:
     Raises
     ------
     FileFormatError
-        If the file cannot be read, is larger than 1 MB, or is no knee; the message names the file.
+        If the file cannot be read, is no regular file, is larger than 1 MB, or is no knee; the
+        message names the file.
+    ParameterError
+        If `path` is no name of a file.
     """
-    if str(path) == "":
+    name = file_name("path", path)
+    if name == "":
         raise FileFormatError("the name of a knee file is empty")
     try:
-        with open(path, "rb") as file:
-            content = file.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise FileFormatError(f"larger than {MAX_BYTES:,} bytes")
-        return parse_knee(content.decode("utf-8"))
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(f"{path}: not a text file in UTF-8") from None
+        return parse_knee(_untrusted.read_bytes(name, MAX_BYTES))
     except FileFormatError as error:
-        raise FileFormatError(f"{path}: {error}") from None
+        raise FileFormatError(f"{name}: {error}") from None
 
 
 @cache
@@ -212,12 +218,16 @@ def packaged_knee() -> KneeFile:
     return read_knee(asset_path("baseline.toml"))
 
 
-@cache
 def parameter_table(*, rest_lengths: bool = False) -> tuple[Parameter, ...]:
     """Return the 28 parameters, one row each, with the packaged baseline's values.
 
     With `rest_lengths` the changes of the four rest lengths follow.
     """
+    return _table_of(flag("rest_lengths", rest_lengths))
+
+
+@cache
+def _table_of(rest_lengths: bool) -> tuple[Parameter, ...]:
     knee = packaged_knee()
     rows = STRUCTURE if rest_lengths else STRUCTURE[: len(NAMES)]
     baseline, half_ranges = (widened(v, len(rows)) for v in (knee.baseline, knee.half_ranges))
@@ -257,10 +267,18 @@ def dump_knee(
         Where each baseline value is from.
     title, note : str, optional
         For reports.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is not allowed.
     """
-    values = check_physical(baseline, "baseline")
-    halves = np.asarray(half_ranges, dtype=np.float64)
-    now = None if current is None else check_physical(current, "current")
+    values = _one_knee("baseline", baseline)
+    halves = _half_ranges(half_ranges)
+    now = None if current is None else _one_knee("current", current)
+    title = one_line("title", title, LONGEST_TEXT)
+    for name, said in (("note", "" if note is None else note), *_named(sources)):
+        checked_text(name, said, LONGEST_TEXT)
     width = max(len(a) for a in (values, halves, now) if a is not None)
     values, halves = widened(values, width), widened(halves, width)
     now = None if now is None else widened(now, width)
@@ -281,6 +299,30 @@ def dump_knee(
         if now is not None:
             document["current"][name] = shown[2]
     return tomli_w.dumps(document)
+
+
+def _one_knee(name: str, values: ArrayLike) -> FloatArray:
+    knee = check_physical(values, name)
+    if knee.ndim != 1:
+        raise ParameterError(f"`{name}` has shape {knee.shape}; (28,) or (32,) is allowed")
+    return knee
+
+
+def _half_ranges(values: ArrayLike) -> FloatArray:
+    halves = numbers("half_ranges", values)
+    if halves.shape not in ((len(NAMES),), (len(ALL_NAMES),)):
+        raise ParameterError(f"`half_ranges` has shape {halves.shape}; (28,) or (32,) is allowed")
+    if not (np.isfinite(halves) & (halves >= 0.0)).all():
+        raise ParameterError("`half_ranges` holds a number that is below 0 or not finite")
+    return halves
+
+
+def _named(sources: Any) -> list[tuple[str, Any]]:
+    if sources is None:
+        return []
+    if isinstance(sources, str) or not isinstance(sources, Sequence):
+        raise ParameterError(f"`sources` is {shown(sources)}; texts are allowed")
+    return [(f"sources[{i}]", source) for i, source in enumerate(sources)]
 
 
 def _in_a_lossless_unit(numbers: list[float], unit: str) -> tuple[str, list[float]]:

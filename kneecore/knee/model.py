@@ -12,13 +12,12 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Self
+from typing import Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import shown
-from kneecore.errors import ParameterError
+from kneecore._arguments import choice
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient
@@ -40,7 +39,7 @@ from kneecore.knee.response import (
     simulate_batch,
 )
 from kneecore.knee.slopes import settled_slopes
-from kneecore.knee.space import ParameterSpace
+from kneecore.knee.space import ParameterSpace, check_space
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -102,6 +101,8 @@ class Knee(Model):
     size_unit = "mm"
     sizes = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5)
     """From below what medical images resolve to the accuracy that the paper quotes for them."""
+    goal = 5.0
+    """Flexion that may be left at the largest extension moment, deg."""
 
     def __init__(
         self,
@@ -111,15 +112,9 @@ class Knee(Model):
         rest_length: RestLength = "recomputed",
         threads: int | None = None,
     ) -> None:
-        if not isinstance(space, ParameterSpace | None):
-            raise ParameterError(f"`space` is {shown(space)}; a ParameterSpace is allowed")
-        self.space = ParameterSpace() if space is None else space
+        self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
-        if rest_length not in ("recomputed", "fixed"):
-            raise ParameterError(
-                f"`rest_length` is {shown(rest_length)}; 'recomputed' or 'fixed' is allowed"
-            )
-        self.rest_length = rest_length
+        self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
         super().__init__(
             None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
         )
@@ -133,6 +128,11 @@ class Knee(Model):
     def groups(self) -> Mapping[str, str]:
         """Which group each parameter belongs to: a ligament, the condyle, the plateau, material."""
         return {row[0]: row[1] for row in STRUCTURE}
+
+    @property
+    def computed(self) -> Mapping[str, str]:
+        """Which response, and what the ligaments' rest lengths are."""
+        return {"solver": self.solver, "rest length": self.rest_length}
 
     @property
     def objectives(self) -> Mapping[str, FloatArray]:

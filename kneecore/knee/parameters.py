@@ -9,12 +9,14 @@ the border (files, command line, screen). The order of the table is the order of
 values, half-ranges and sources are in the packaged ``baseline.toml`` (see `kneecore.knee.file`).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee import units
 
@@ -143,6 +145,17 @@ _UNITS = tuple(row[3] for row in STRUCTURE)
 _STIFFNESS = np.array([name.endswith("_stiffness") for name in ALL_NAMES])
 _POSITIVE = np.array([name in ("condyle_radius", "youngs_modulus") for name in ALL_NAMES])
 _POISSON = NAMES.index("poissons_ratio")
+# What no knee of man or beast comes near, but a number in the wrong unit does: half a metre, a
+# plateau that stands upright, 10^7 N/mm^2, the modulus of diamond; the condyle of a mouse, a jelly.
+_LARGEST_BY_UNIT = {"mm": 0.5, "deg": math.radians(90.0), "N/mm^2": 1e13, "MPa": 1e12, "-": 1.0}
+LARGEST = np.array([_LARGEST_BY_UNIT[unit] for unit in _UNITS])
+"""Largest size of each parameter's value that is taken for a knee's, SI, shape (32,)."""
+SMALLEST = np.array(
+    [{"condyle_radius": 1e-4, "youngs_modulus": 1e3}.get(n, 0.0) for n in ALL_NAMES]
+)
+"""Smallest size, likewise; a ligament may be torn: its stiffness is 0."""
+SMALLEST.setflags(write=False)
+LARGEST.setflags(write=False)
 
 
 def in_display_unit(index: int, value: float) -> str:
@@ -167,7 +180,25 @@ def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:
         if broken.any():
             row, column = np.unravel_index(int(np.argmax(broken)), broken.shape)
             return int(row), int(column), allowed
-    return None
+    return _first_absurd(values)
+
+
+def _first_absurd(values: FloatArray) -> tuple[int, int, str] | None:
+    """Return the same of the first value that is too large or too small for a knee."""
+    width = values.shape[1]
+    size = np.abs(values)
+    absurd = (size > LARGEST[:width]) | (size < SMALLEST[:width])
+    if not absurd.any():
+        return None
+    row, column = (int(i) for i in np.unravel_index(int(np.argmax(absurd)), absurd.shape))
+    limit, which = LARGEST[column], "at most"
+    if size[row, column] < SMALLEST[column]:
+        limit, which = SMALLEST[column], "at least"
+    return (
+        row,
+        column,
+        f"a size of {which} {in_display_unit(column, limit)} is allowed (which unit?)",
+    )
 
 
 def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
@@ -185,16 +216,11 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
     ------
     ParameterError
         For a wrong shape, a value that is not finite, a negative stiffness, a radius or a Young's
-        modulus that is not positive, or a Poisson's ratio outside (-1, 0.5).
+        modulus that is not positive, a Poisson's ratio outside (-1, 0.5), or a value of a size that
+        no knee has (`LARGEST`, `SMALLEST`), such as mm written as m.
     """
-    try:
-        if np.iscomplexobj(values):
-            raise TypeError
-        array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise ParameterError(
-            f"`{argument}` is not an array of numbers; {N_PARAMETERS} numbers a model are allowed"
-        ) from None
+    said = f"{N_PARAMETERS} numbers a model are allowed"
+    array = np.array(numbers(argument, values, said), order="C")
     if array.ndim not in (1, 2) or array.shape[-1] not in (N_PARAMETERS, len(ALL_NAMES)):
         raise ParameterError(
             f"`{argument}` has shape {array.shape}; "
@@ -226,9 +252,14 @@ def widened(x: ArrayLike, width: int) -> FloatArray:
     Raises
     ------
     ParameterError
-        If a rest length that is changed would be left out.
+        If `x` is something else, or if a rest length that is changed would be left out.
     """
-    values = np.asarray(x, dtype=np.float64)
+    values = numbers("x", x)
+    if values.ndim == 0 or values.shape[-1] not in (N_PARAMETERS, len(ALL_NAMES)):
+        raise ParameterError(
+            f"`x` has shape {values.shape}; (..., {N_PARAMETERS}) or (..., {len(ALL_NAMES)}) "
+            "is allowed"
+        )
     missing = width - values.shape[-1]
     if missing > 0:
         return np.concatenate([values, np.zeros((*values.shape[:-1], missing))], axis=-1)

@@ -19,6 +19,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import choice
 from kneecore.errors import ParameterError
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
@@ -198,19 +199,14 @@ class ResponseBatch:
 
 def check_solver(solver: Solver) -> Solver:
     """Return `solver`, or raise a `ParameterError` if it is none."""
-    if solver not in get_args(Solver):
-        raise ParameterError(f"`solver` is {solver!r}; 'dynamics' or 'equilibrium' is allowed")
-    return solver
+    return choice("solver", solver, get_args(Solver))
 
 
 def prepare(
     models: ArrayLike, baseline: ArrayLike | None, rest_length: str, argument: str = "X"
 ) -> FloatArray:
     """Return the kernels' constants of checked `models`, shape (n, 36)."""
-    if rest_length not in get_args(RestLength):
-        raise ParameterError(
-            f"`rest_length` is {rest_length!r}; 'recomputed' or 'fixed' is allowed"
-        )
+    choice("rest_length", rest_length, get_args(RestLength))
     checked = np.atleast_2d(check_physical(models, argument))
     given = packaged_knee().baseline if baseline is None else baseline
     fixes_pose = check_physical(given, "baseline")

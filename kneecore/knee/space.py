@@ -13,15 +13,15 @@ Examples
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from numbers import Real
 from pathlib import Path
 from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import choice, number, numbers, one_line, shown, text
 from kneecore.errors import ParameterError
-from kneecore.knee.file import dump_knee, packaged_knee, read_knee
+from kneecore.knee.file import LONGEST_TEXT, dump_knee, packaged_knee, read_knee
 from kneecore.knee.parameters import (
     ALL_NAMES,
     N_PARAMETERS,
@@ -32,7 +32,7 @@ from kneecore.knee.parameters import (
     widened,
 )
 
-__all__ = ["CASES", "POISSON_LIMIT", "Around", "Case", "ParameterSpace"]
+__all__ = ["CASES", "POISSON_LIMIT", "Around", "Case", "ParameterSpace", "check_space"]
 
 Case = Literal["both", "geometry", "material"]
 Around = Literal["baseline", "current"]
@@ -49,17 +49,6 @@ _CHANGES = slice(N_PARAMETERS, len(ALL_NAMES))
 _POISSON = NAMES.index("poissons_ratio")
 
 
-def _checked_bound(name: str, value: float, unit: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise ParameterError(f"`{name}` is {value!r}; a number in {unit} of at least 0 is allowed")
-    number = float(value)
-    if not (np.isfinite(number) and number >= 0.0):
-        raise ParameterError(
-            f"`{name}` is {number:g} {unit}; a finite number of at least 0 is allowed"
-        )
-    return number
-
-
 def _one_knee(name: str, values: ArrayLike) -> FloatArray:
     knee = check_physical(values, name)
     if knee.ndim != 1:
@@ -68,7 +57,7 @@ def _one_knee(name: str, values: ArrayLike) -> FloatArray:
 
 
 def _with_last_axis(name: str, values: ArrayLike, size: int) -> FloatArray:
-    array = np.asarray(values, dtype=np.float64)
+    array = numbers(name, values)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ParameterError(f"`{name}` has shape {array.shape}; (..., {size}) is allowed")
     return array
@@ -122,16 +111,17 @@ class ParameterSpace:
     """Which parameters vary, same shape."""
 
     def __post_init__(self) -> None:
-        if self.case not in CASES:
-            raise ParameterError(f"`case` is {self.case!r}; {', '.join(CASES)} are allowed")
+        choice("case", self.case, CASES, f"{', '.join(CASES)} are allowed")
         self._check_bounds()
+        self._check_texts()
         packaged = packaged_knee()
         given = packaged.baseline if self.baseline is None else self.baseline
         baseline = _one_knee("baseline", given)
         centre = baseline if self.centre is None else _one_knee("centre", self.centre)
         if self._has_rest_lengths(baseline) or self._has_rest_lengths(centre):
             baseline, centre = (widened(x, len(ALL_NAMES)) for x in (baseline, centre))
-        half = self._half_ranges_of(centre)
+        with np.errstate(over="ignore"):  # a bound of 10^308 is found out below
+            half = self._half_ranges_of(centre)
         half[~self._varies()[: len(centre)]] = 0.0
         lower, upper = centre - half, centre + half
         if upper[_POISSON] > POISSON_LIMIT and half[_POISSON] > 0.0:
@@ -208,7 +198,7 @@ class ParameterSpace:
             ("rest_length_bound_mm", "mm"),
             ("rest_length_bound_percent", "%"),
         ):
-            object.__setattr__(self, name, _checked_bound(name, getattr(self, name), unit))
+            object.__setattr__(self, name, number(name, getattr(self, name), unit=unit, least=0.0))
         if self.slope_bound_deg >= 90.0:
             raise ParameterError(
                 f"`slope_bound_deg` is {self.slope_bound_deg:g} deg; less than 90 is allowed"
@@ -223,17 +213,29 @@ class ParameterSpace:
             return
         if not isinstance(self.half_ranges, Mapping):
             raise ParameterError(
-                f"`half_ranges` is {self.half_ranges!r}; a mapping of names to numbers is allowed"
+                f"`half_ranges` is {shown(self.half_ranges)}; "
+                "a mapping of names to numbers is allowed"
             )
         kept = {}
         for name, value in self.half_ranges.items():
             if name not in ALL_NAMES:
                 raise ParameterError(
-                    f"`half_ranges` names {name!r}; allowed are the parameters' names, "
+                    f"`half_ranges` names {shown(name)}; allowed are the parameters' names, "
                     f"{NAMES[0]} to {NAMES[-1]}, and {', '.join(REST_LENGTH_NAMES)}"
                 )
-            kept[name] = _checked_bound(f"half_ranges[{name!r}]", value, "(SI)")
+            kept[name] = number(f"half_ranges[{name!r}]", value, unit="(SI)", least=0.0)
         object.__setattr__(self, "half_ranges", kept)
+
+    def _check_texts(self) -> None:
+        object.__setattr__(self, "title", one_line("title", self.title, LONGEST_TEXT))
+        if self.note is not None:
+            text("note", self.note, LONGEST_TEXT)
+        if self.sources is None:
+            return
+        if not isinstance(self.sources, tuple | list):
+            raise ParameterError(f"`sources` is {shown(self.sources)}; texts are allowed")
+        for i, source in enumerate(self.sources):
+            text(f"sources[{i}]", source, LONGEST_TEXT)
 
     @classmethod
     def from_file(
@@ -259,9 +261,8 @@ class ParameterSpace:
         ParameterError
             As for the class, or if the file has no current knee to be around.
         """
+        choice("around", around, get_args(Around))
         knee = read_knee(path)
-        if around not in get_args(Around):
-            raise ParameterError(f"`around` is {around!r}; 'baseline' or 'current' is allowed")
         centre = knee.baseline if around == "baseline" else knee.current
         if centre is None:
             raise ParameterError(
@@ -310,17 +311,19 @@ class ParameterSpace:
 
         In a space of 32 dimensions, knees of 28 entries have unchanged rest lengths.
         """
-        values = np.asarray(x, dtype=np.float64)
+        values = numbers("x", x)
         if values.ndim > 0 and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
             values = widened(values, len(self.lower))
         values = _with_last_axis("x", values, len(self.lower))
         width = np.where(self.free, self.upper - self.lower, 1.0)
-        return np.where(self.free, (values - self.lower) / width, 0.5)
+        with np.errstate(over="ignore"):
+            return np.where(self.free, (values - self.lower) / width, 0.5)
 
     def from_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the unit cube, shape (..., 28), to SI values within the bounds."""
         unit = _with_last_axis("u", u, len(self.lower))
-        values = self.lower + unit * (self.upper - self.lower)
+        with np.errstate(over="ignore"):
+            values = self.lower + unit * (self.upper - self.lower)
         return np.clip(values, self.lower, self.upper)
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:
@@ -335,8 +338,9 @@ class ParameterSpace:
 
         `tolerance` is a share of the parameter's range.
         """
+        share = number("tolerance", tolerance, least=0.0, most=0.5)
         unit = self.to_unit(x)
-        side = np.where(unit <= tolerance, -1, np.where(unit >= 1.0 - tolerance, 1, 0))
+        side = np.where(unit <= share, -1, np.where(unit >= 1.0 - share, 1, 0))
         return np.where(self.free, side, 0).astype(np.int8)
 
     @property
@@ -359,3 +363,16 @@ class ParameterSpace:
             title=self.title,
             note=self.note,
         )
+
+
+def check_space(space: ParameterSpace, name: str = "space") -> ParameterSpace:
+    """Return `space`, which is a `ParameterSpace`.
+
+    Raises
+    ------
+    ParameterError
+        If it is anything else.
+    """
+    if isinstance(space, ParameterSpace):
+        return space
+    raise ParameterError(f"`{name}` is {shown(space)}; a ParameterSpace is allowed")

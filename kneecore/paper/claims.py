@@ -27,7 +27,7 @@ class Claim:
     paper: str
     """The paper's figure or word."""
     measure: str
-    """Name of our quantity beside it, one of `MEASURES`."""
+    """Name of our quantity beside it, one of `MEASURES`; empty in a report read from a file."""
     unit: str
     """Unit of the measure and of `limit`."""
     rule: Rule

@@ -4,18 +4,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from kneecore.knee.space import Case, ParameterSpace
+from kneecore.knee.model import Knee
+from kneecore.knee.space import Case
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.result import SearchResult
-from kneecore.search.settings import SearchSpace
+from kneecore.search.settings import SearchSettings, SearchSpace
 from kneecore.search.warm_up import warm_up
 from kneecore.search.worst_case import worst_case
 from kneecore.study.influence import InfluenceResult, influence
 from kneecore.study.monte_carlo import MonteCarloResult, monte_carlo
+from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
 __all__ = ["PAPER_BUDGET", "QUICK_BUDGET", "Budget", "Experiments", "run_experiments"]
 
 CASES: tuple[Case, ...] = ("both", "geometry", "material")
+SPACES: tuple[SearchSpace, ...] = ("surrogate", "model")
 _T = TypeVar("_T", SearchResult, MonteCarloResult, InfluenceResult)
 
 
@@ -63,7 +66,7 @@ QUICK_BUDGET = Budget(
 class Experiments:
     """Everything that the claims are judged by."""
 
-    space: ParameterSpace
+    knee: Knee
     """The knees of the case `both`."""
     budget: Budget
     seed: int
@@ -84,6 +87,12 @@ class Experiments:
     def main(self) -> SearchResult:
         """The main search with all parameters free."""
         return self.cases["both"]
+
+    @property
+    def searches(self) -> tuple[SearchResult, ...]:
+        """All searches, each once."""
+        others = tuple(run for case, run in self.cases.items() if case != "both")
+        return (*self.repeats, *others, *self.surrogate_runs, *self.model_runs)
 
 
 class _Steps:
@@ -109,24 +118,60 @@ class _Steps:
         return result
 
 
+class _Searches:
+    """The searches of the paper, one step each."""
+
+    def __init__(self, knee: Knee, budget: Budget, seed: int, steps: _Steps) -> None:
+        self._knees = {case: knee.with_space(replace(knee.space, case=case)) for case in CASES}
+        self._budget = budget
+        self._seed = seed
+        self._steps = steps
+
+    def main(self, case: Case, run: int) -> SearchResult:
+        stage = "searching the three cases" if run == 0 else "searching again with other seeds"
+        sizes = self._budget.pop_size, self._budget.n_generations
+        return self._search(stage, case, "surrogate", run, *sizes)
+
+    def validation(self, where: SearchSpace, run: int) -> SearchResult:
+        place = "the true model" if where == "model" else "the surrogate"
+        size = self._budget.validation_size
+        return self._search(f"searching {place} for comparison", "both", where, run, size, size)
+
+    def _search(
+        self,
+        stage: str,
+        case: Case,
+        where: SearchSpace,
+        run: int,
+        pop_size: int,
+        n_generations: int,
+    ) -> SearchResult:
+        settings = SearchSettings(
+            search_space=where,
+            pop_size=pop_size,
+            n_generations=n_generations,
+            seed=self._seed + run,
+        )
+        return self._steps.run(
+            stage, lambda report: worst_case(self._knees[case], settings, callback=report)
+        )
+
+
 def run_experiments(
-    space: ParameterSpace,
+    knee: Knee,
     budget: Budget = PAPER_BUDGET,
     *,
     seed: int = 0,
-    threads: int | None = None,
     callback: Callback | None = None,
 ) -> Experiments:
     """Run the paper's computations on a space of knees; its case does not count.
 
     Parameters
     ----------
-    space : ParameterSpace
+    knee : Knee
     budget : Budget
     seed : int
         Of the main searches; repeated ones take the next whole numbers.
-    threads : int, optional
-        As for `simulate_batch`; changes no number.
     callback : callable, optional
         Gets `Progress`; a true result cancels.
 
@@ -139,66 +184,37 @@ def run_experiments(
     """
     n_steps = len(CASES) + (budget.n_repeats - 1) + 2 * budget.n_validation + 2
     steps = _Steps(callback, n_steps)
-    spaces = {case: replace(space, case=case) for case in CASES}
-
-    def search(
-        stage: str, case: Case, where: SearchSpace, run: int, pop_size: int, n_generations: int
-    ) -> SearchResult:
-        return steps.run(
-            stage,
-            lambda report: worst_case(
-                spaces[case],
-                search_space=where,
-                pop_size=pop_size,
-                n_generations=n_generations,
-                seed=seed + run,
-                threads=threads,
-                callback=report,
-            ),
-        )
-
-    def main_search(case: Case, run: int) -> SearchResult:
-        stage = "searching the three cases" if run == 0 else "searching again with other seeds"
-        return search(stage, case, "surrogate", run, budget.pop_size, budget.n_generations)
-
-    def validation(where: SearchSpace, run: int) -> SearchResult:
-        size = budget.validation_size
-        place = "the true model" if where == "model" else "the surrogate"
-        return search(f"searching {place} for comparison", "both", where, run, size, size)
-
+    knee = knee.with_space(replace(knee.space, case="both"))
     if steps.tell("compile"):
         raise Cancelled
     # Nothing is compiled while the steps are timed.
-    warm_up("surrogate")
-    warm_up("model")
-    cases: dict[str, SearchResult] = {case: main_search(case, 0) for case in CASES}
-    again = tuple(main_search("both", run) for run in range(1, budget.n_repeats))
+    for where in SPACES:
+        warm_up(knee, SearchSettings(search_space=where))
+    search = _Searches(knee, budget, seed, steps)
+    cases: dict[str, SearchResult] = {case: search.main(case, 0) for case in CASES}
+    again = tuple(search.main("both", run) for run in range(1, budget.n_repeats))
+    shorter = {
+        where: tuple(search.validation(where, run) for run in range(budget.n_validation))
+        for where in SPACES
+    }
     return Experiments(
-        space=spaces["both"],
+        knee=knee,
         budget=budget,
         seed=seed,
         cases=cases,
         repeats=(cases["both"], *again),
-        surrogate_runs=tuple(validation("surrogate", k) for k in range(budget.n_validation)),
-        model_runs=tuple(validation("model", k) for k in range(budget.n_validation)),
+        surrogate_runs=shorter["surrogate"],
+        model_runs=shorter["model"],
         sampling=steps.run(
             "sampling",
             lambda report: monte_carlo(
-                spaces["both"],
-                n_samples=budget.n_samples,
-                seed=seed,
-                threads=threads,
-                callback=report,
+                knee, SamplingSettings(n_samples=budget.n_samples, seed=seed), callback=report
             ),
         ),
         influence=steps.run(
             "finding the parameters that decide",
             lambda report: influence(
-                spaces["both"],
-                n_base=budget.n_base,
-                seed=seed,
-                threads=threads,
-                callback=report,
+                knee, InfluenceSettings(n_base=budget.n_base, seed=seed), callback=report
             ),
         ),
     )

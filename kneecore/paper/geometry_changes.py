@@ -69,13 +69,15 @@ def ligament_lines(x: FloatArray, tibia_origin: FloatArray) -> FloatArray:
 
 def geometry_changes(worst: SearchResult) -> tuple[GeometryChange, GeometryChange]:
     """Return how the two worst-case knees differ from the baseline."""
-    baseline = worst.space.baseline
+    baseline = worst.model.nominal
     slope = baseline[_SLOPE]
     along = _turned(np.array([np.cos(slope), np.sin(slope)]))
     across = np.array([-along[1], along[0]])
-    before = ligament_lines(baseline, worst.baseline.load_free_position)
+    before = ligament_lines(baseline, worst.responses["baseline"].load_free_position)
     changes = []
-    for x, response in zip(worst.x, (worst.model_1, worst.model_2), strict=True):
+    for x, response in zip(
+        worst.x, (worst.responses["model_1"], worst.responses["model_2"]), strict=True
+    ):
         after = ligament_lines(x, response.load_free_position)
         shift = (after - before).reshape(8, 2)
         turn = _direction(after) - _direction(before)

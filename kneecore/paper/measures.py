@@ -9,12 +9,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore.knee.extension import extension_difference_percent as difference_percent
 from kneecore.knee.parameters import LIGAMENTS, STRUCTURE
 from kneecore.knee.physics.forces import THETA_0
-from kneecore.knee.response import MOMENT, Response
+from kneecore.knee.response import LARGEST_EXTENSION, LARGEST_FLEXION, MOMENT, Response
 from kneecore.paper.experiments import PAPER_BUDGET, Experiments
 from kneecore.paper.geometry_changes import geometry_changes, ligament_lines
-from kneecore.search.result import LARGEST_EXTENSION, LARGEST_FLEXION, SearchResult
+from kneecore.search.result import SearchResult
 
 __all__ = ["MEASURES", "ap_slopes"]
 
@@ -35,27 +36,29 @@ def _degrees(response: Response, load: int) -> float:
 
 def baseline_extension_deg(done: Experiments) -> float:
     """Angle of the baseline at 5 N m of extension."""
-    return _degrees(done.main.baseline, LARGEST_EXTENSION)
+    return _degrees(done.main.responses["baseline"], LARGEST_EXTENSION)
 
 
 def baseline_flexion_deg(done: Experiments) -> float:
     """Angle of the baseline at 5 N m of flexion."""
-    return _degrees(done.main.baseline, LARGEST_FLEXION)
+    return _degrees(done.main.responses["baseline"], LARGEST_FLEXION)
 
 
 def baseline_settled_loads(done: Experiments) -> float:
     """Count the loads at which the baseline has come to rest."""
-    return float(np.count_nonzero(done.main.baseline.settled))
+    return float(np.count_nonzero(done.main.responses["baseline"].settled))
 
 
 def baseline_cruciate_force_n(done: Experiments) -> float:
     """Largest ACL or PCL tension of the baseline over the 12 loads."""
-    return float(done.main.baseline.tension[:, [_ACL, _PCL]].max())
+    return float(done.main.responses["baseline"].tension[:, [_ACL, _PCL]].max())
 
 
 def cruciates_cross(done: Experiments) -> float:
     """Return 1 if the baseline's cruciates cross in the load-free pose, 0 if not."""
-    lines = ligament_lines(done.space.baseline, done.main.baseline.load_free_position)
+    lines = ligament_lines(
+        done.knee.space.baseline, done.main.responses["baseline"].load_free_position
+    )
     (a, b), (c, d) = lines[_ACL], lines[_PCL]
     parted = _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0
     return float(parted)
@@ -88,18 +91,18 @@ def _slope(x: FloatArray, y: FloatArray) -> float:
 
 def ap_slope_ratio(done: Experiments) -> float:
     """Slope of the baseline's contact position beyond the load-free angle over that before it."""
-    before, beyond = ap_slopes(done.main.baseline)
+    before, beyond = ap_slopes(done.main.responses["baseline"])
     return beyond / before
 
 
 def model_1_extension_deg(done: Experiments) -> float:
     """Angle of the over-extending worst case at 5 N m of extension."""
-    return _degrees(done.main.model_1, LARGEST_EXTENSION)
+    return _degrees(done.main.responses["model_1"], LARGEST_EXTENSION)
 
 
 def model_2_extension_deg(done: Experiments) -> float:
     """Angle of the other worst case at 5 N m of extension."""
-    return _degrees(done.main.model_2, LARGEST_EXTENSION)
+    return _degrees(done.main.responses["model_2"], LARGEST_EXTENSION)
 
 
 def _tension_at(response: Response, angle_deg: float) -> FloatArray:
@@ -114,20 +117,20 @@ def _tension_at(response: Response, angle_deg: float) -> FloatArray:
 
 def force_ratio_at_minus_10_deg(done: Experiments) -> float:
     """Largest tension of the over-extending knee at -10 deg over the baseline's at 5 N m."""
-    most = float(_tension_at(done.main.model_1, -10.0).max())
-    return most / float(done.main.baseline.tension[LARGEST_EXTENSION].max())
+    most = float(_tension_at(done.main.responses["model_1"], -10.0).max())
+    return most / float(done.main.responses["baseline"].tension[LARGEST_EXTENSION].max())
 
 
 def early_pcl_ratio(done: Experiments) -> float:
     """PCL tension of model 2 at 5 N m of extension over the baseline's at the same angle."""
-    stopped = done.main.model_2
-    usual = _tension_at(done.main.baseline, _degrees(stopped, LARGEST_EXTENSION))[_PCL]
+    stopped = done.main.responses["model_2"]
+    usual = _tension_at(done.main.responses["baseline"], _degrees(stopped, LARGEST_EXTENSION))[_PCL]
     return float(stopped.tension[LARGEST_EXTENSION, _PCL] / usual) if usual > 0.0 else float("nan")
 
 
 def beyond_sampling_deg(done: Experiments) -> float:
     """How far the nearer worst case lies outside of mean +- 3 sd at 5 N m of extension."""
-    spread = done.sampling.flexion_deg
+    spread = done.sampling.y
     below = spread.sigma_lower[LARGEST_EXTENSION] - model_1_extension_deg(done)
     above = model_2_extension_deg(done) - spread.sigma_upper[LARGEST_EXTENSION]
     return float(np.minimum(below, above))
@@ -135,7 +138,7 @@ def beyond_sampling_deg(done: Experiments) -> float:
 
 def loads_in_order(done: Experiments) -> float:
     """Count the loads at which model 1 has the smaller angle."""
-    one, two = done.main.model_1.flexion, done.main.model_2.flexion
+    one, two = done.main.responses["model_1"].flexion, done.main.responses["model_2"].flexion
     if not np.isfinite(one + two).all():
         return float("nan")
     return float(np.count_nonzero(one < two))
@@ -143,7 +146,7 @@ def loads_in_order(done: Experiments) -> float:
 
 def extension_difference_percent(done: Experiments) -> FloatArray:
     """Difference in extension in per cent of the baseline's range of motion, for each seed."""
-    return np.array([_number(run.extension_difference_percent) for run in done.repeats])
+    return np.array([_number(difference_percent(run.responses)) for run in done.repeats])
 
 
 def _share(done: Experiments, case: str) -> float:
@@ -162,7 +165,7 @@ def material_share(done: Experiments) -> float:
 
 def sampled_upper_extension_deg(done: Experiments) -> float:
     """Mean + 3 sd of the sampled angle at 5 N m of extension."""
-    return float(done.sampling.flexion_deg.sigma_upper[LARGEST_EXTENSION])
+    return float(done.sampling.y.sigma_upper[LARGEST_EXTENSION])
 
 
 def gap_percent(done: Experiments) -> FloatArray:
@@ -238,8 +241,8 @@ def opposite_stiffnesses(done: Experiments) -> float:
 
 def geometry_on_bounds_percent(done: Experiments) -> float:
     """Share of the free geometric parameters of both worst cases that lie on a bound."""
-    free = _GEOMETRY[: len(done.space.free)] & done.space.free
-    on_bound = done.space.at_bounds(done.main.x)[:, free] != 0
+    free = _GEOMETRY[: len(done.knee.free)] & done.knee.free
+    on_bound = done.knee.at_bounds(done.main.x)[:, free] != 0
     return 100.0 * float(on_bound.mean()) if on_bound.size else float("nan")
 
 

@@ -1,12 +1,11 @@
 """One claim of the paper beside our values: agrees, differs, or cannot be compared."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore.numbers import plain
 from kneecore.paper.claims import Claim
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.measures import MEASURES
@@ -39,23 +38,6 @@ class Verdict:
             return f"{shown(known[0])}{unit}"
         low, high = shown(known.min()), shown(known.max())
         return f"{shown(float(np.median(known)))}{unit} ({low} to {high}, {len(known)} seeds)"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the verdict as JSON-ready values."""
-        return {
-            "id": self.claim.id,
-            "section": self.claim.section,
-            "statement": self.claim.statement,
-            "paper": self.claim.paper,
-            "rule": self.claim.rule,
-            "limit": self.claim.limit,
-            "tolerance": self.claim.tolerance,
-            "ours": plain(self.values),
-            "unit": self.claim.unit,
-            "outcome": self.outcome,
-            "why": self.why,
-            "evidence": self.claim.evidence,
-        }
 
 
 def shown(value: float) -> str:

@@ -1,30 +1,34 @@
-"""What the report says: blocks made of verdicts and experiments."""
+"""The paper claim by claim, for people: verdicts, times, and what was computed for them."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
-import numpy as np
+from rich.text import Text
 
-from kneecore.figures.paper import CAPTIONS, INFLUENCE_FIGURE
-from kneecore.knee.parameters import LIGAMENTS
+from kneecore.figures.paper import draw
+from kneecore.figures.style import render
 from kneecore.knee.space import ParameterSpace
-from kneecore.paper.geometry_changes import ATTACHMENTS, GeometryChange, geometry_changes
-from kneecore.paper.measures import ap_slopes
-from kneecore.paper.verdict import Verdict, shown
-from kneecore.report.blocks import Block, Heading, Paragraph, Picture, Table
-from kneecore.search.result import SearchResult
+from kneecore.paper.result import Documents, PaperReport
+from kneecore.paper.verdict import Verdict
+from kneecore.report import paper_experiments as told
+from kneecore.report import tables
+from kneecore.report.blocks import (
+    Block,
+    Heading,
+    Paragraph,
+    Picture,
+    Table,
+    to_html,
+    to_markdown,
+)
 
-if TYPE_CHECKING:
-    from kneecore.paper.redo import PaperReport
-
-__all__ = ["TIMES", "report_blocks", "verdict_sentences"]
+__all__ = ["TIMES", "WORDS", "markdown", "page", "report_blocks"]
 
 TIMES = ("time_main", "time_surrogate", "time_model", "orders_of_magnitude", "time_sampling")
 """Claims about times: their values change from run to run."""
 _COLUMNS = ("claim", "section", "the paper", "ours", "verdict", "evidence", "why")
 
 
-def verdict_sentences(report: "PaperReport") -> tuple[str, str]:
+def verdict_sentences(report: PaperReport) -> tuple[str, str]:
     """Return how many claims hold, and how many of those the baseline was not fitted to."""
     n = {outcome: len(report.by_outcome(outcome)) for outcome in ("agrees", "differs")}
     total = len(report.verdicts)
@@ -40,31 +44,29 @@ def verdict_sentences(report: "PaperReport") -> tuple[str, str]:
     )
 
 
-def report_blocks(report: "PaperReport") -> list[Block]:
-    """Return the whole report."""
-    return [
-        *_opening(report),
-        *_verdicts(report.verdicts),
-        *_searches(report),
-        *_times(report),
-        *_sampling(report),
-        *_figures(report),
-        *_influence(report),
-    ]
+def report_blocks(report: PaperReport, *, figures: bool = True) -> list[Block]:
+    """Return the whole report; one that was read from a file is verdicts and times alone."""
+    done = report.experiments
+    blocks = [*_opening(report), *_verdicts(report.verdicts)]
+    if done is None:
+        return [*blocks, *_times(report)]
+    blocks += [*told.searches(done), *_times(report), *told.sampling(done)]
+    blocks += [*told.figures(done), *told.influence(done)]
+    return [block for block in blocks if figures or not isinstance(block, Picture)]
 
 
-def _opening(report: "PaperReport") -> list[Block]:
+def _opening(report: PaperReport) -> list[Block]:
     reference = report.paper.reference
-    space = report.experiments.space
+    done = report.experiments
+    bounds = "" if done is None else _bounds(done.knee.space)
     blocks: list[Block] = [
         Heading("The paper, claim by claim", level=1),
         Paragraph(
             f"{reference['authors']}, {reference['title']}, {reference['journal']}, "
             f"doi {reference['doi']}, computed again by kneecore "
-            f"{report.experiments.main.versions['kneecore']} (seed {report.experiments.seed}). "
-            f"{_bounds(space)}"
+            f"{report.versions['kneecore']} (seed {report.seed}). {bounds}".rstrip()
         ),
-        Paragraph(f"Baseline: {space.title}. {space.note or ''}".rstrip(), warning=True),
+        Paragraph(_baseline(report), warning=True),
     ]
     if report.quick:
         blocks.append(
@@ -76,6 +78,10 @@ def _opening(report: "PaperReport") -> list[Block]:
             )
         )
     return [*blocks, Paragraph(" ".join(verdict_sentences(report)))]
+
+
+def _baseline(report: PaperReport) -> str:
+    return f"Baseline: {report.title}. {report.note or ''}".rstrip()
 
 
 def _bounds(space: ParameterSpace) -> str:
@@ -120,47 +126,10 @@ def _verdicts(verdicts: Sequence[Verdict]) -> list[Block]:
     ]
 
 
-def _search_row(name: str, run: SearchResult) -> tuple[str, ...]:
-    def text(value: float | None) -> str:
-        return "-" if value is None else f"{value:.2f}"
-
-    true = "failed" if run.objective_model is None else f"{run.objective_model:.2f}"
-    return (
-        name,
-        f"{run.pop_size} x {run.n_generations}",
-        str(run.seed),
-        text(run.objective_surrogate),
-        true,
-        text(run.gap_percent),
-        text(run.extension_difference_percent),
-        str(run.counts["models_failed"]),
-        f"{run.seconds['search']:.3g}",
-    )
-
-
-def _searches(report: "PaperReport") -> list[Block]:
-    done = report.experiments
-    rows = [_search_row(f"{case}, surrogate", run) for case, run in done.cases.items()]
-    rows += [_search_row("both, surrogate, again", run) for run in done.repeats[1:]]
-    rows += [_search_row("both, surrogate, for comparison", run) for run in done.surrogate_runs]
-    rows += [_search_row("both, true model", run) for run in done.model_runs]
-    columns = (
-        "search",
-        "pairs x generations",
-        "seed",
-        "f surrogate, deg",
-        "f true model, deg",
-        "gap, %",
-        "extension difference, %",
-        "failed models",
-        "time, s",
-    )
-    return [Heading("Searches"), Table(columns, rows)]
-
-
-def _times(report: "PaperReport") -> list[Block]:
+def _times(report: PaperReport) -> list[Block]:
     by_id = {v.claim.id: v for v in report.verdicts}
-    rows = [(v.claim.statement, v.claim.paper, v.ours) for v in map(by_id.__getitem__, TIMES)]
+    found = [by_id[name] for name in TIMES if name in by_id]  # a file may tell of other claims
+    rows = [(v.claim.statement, v.claim.paper, v.ours) for v in found]
     machine = report.paper.reference["machine"]
     return [
         Heading("Times"),
@@ -174,118 +143,47 @@ def _times(report: "PaperReport") -> list[Block]:
     ]
 
 
-def _sampling(report: "PaperReport") -> list[Block]:
-    drawn = report.experiments.sampling
-    spread = drawn.flexion_deg
-    order = np.argsort(-report.experiments.main.baseline.moment)
-    rows = [
-        (f"{report.experiments.main.baseline.moment[k]:+g}",)
-        + tuple(
-            f"{column[k]:.2f}"
-            for column in (spread.mean, spread.sd, spread.sigma_lower, spread.sigma_upper)
-        )
-        for k in order
-    ]
-    columns = ("moment, N m", "mean, deg", "sd, deg", "mean - 3 sd, deg", "mean + 3 sd, deg")
-    return [
-        Heading("Sampling"),
-        Paragraph(
-            f"{drawn.n_samples:,} uniform samples of the true model: {drawn.n_failed} failed and "
-            f"left out, {drawn.n_refined} with a smaller time step, {drawn.n_unsettled:,} not at "
-            "rest at some load."
-        ),
-        Table(columns, rows),
-    ]
+def markdown(report: PaperReport, *, figures: bool = True) -> str:
+    """Return the report as Markdown."""
+    return to_markdown(report_blocks(report, figures=figures))
 
 
-def _figures(report: "PaperReport") -> list[Block]:
-    blocks: list[Block] = [Heading("Figures")]
-    for name, caption in CAPTIONS.items():
-        if name == INFLUENCE_FIGURE:
-            continue
-        blocks.append(Picture(f"{name}.png", caption))
-        if name == "figure_2_geometry":
-            blocks += _figure_2(report.experiments.main)
-        if name == "figure_4_ap_displacement":
-            blocks += _figure_4(report.experiments.main)
-    return blocks
+def page(report: PaperReport, pictures: Mapping[str, bytes]) -> str:
+    """Return the report as one HTML page with these pictures, or without any, inside."""
+    blocks = report_blocks(report, figures=bool(pictures))
+    return to_html("The paper, claim by claim", blocks, pictures)
 
 
-def _figure_2(worst: SearchResult) -> list[Block]:
-    changes = geometry_changes(worst)
-    points = [
-        (
-            _attachment(name),
-            *(f"{value:+.2f}" for c in changes for value in (c.along_mm[k], c.across_mm[k])),
-        )
-        for k, name in enumerate(ATTACHMENTS)
-    ]
-    lines = [(name.upper(), *_line_cells(changes, k)) for k, name in enumerate(LIGAMENTS)]
-    return [
-        Heading("Figure 2 in numbers", level=3),
-        Paragraph(
-            "Each worst case less the baseline, in the load-free pose and in the femur's frame: "
-            "shifts along the baseline's plateau (anterior > 0) and across it (proximal > 0). The "
-            "tibia's attachments move with the tibia too, which moves until the circle just "
-            "touches the plateau."
-        ),
-        Table(
-            (
-                "attachment",
-                "model 1 along, mm",
-                "model 1 across, mm",
-                "model 2 along, mm",
-                "model 2 across, mm",
-            ),
-            points,
-        ),
-        Table(
-            (
-                "ligament",
-                "model 1 turned by, deg",
-                "model 1 stiffness, %",
-                "model 2 turned by, deg",
-                "model 2 stiffness, %",
-            ),
-            lines,
-        ),
-    ]
+def _page(report: PaperReport) -> str:
+    return page(report, dict(render(draw(report), ("png",))))
 
 
-def _attachment(name: str) -> str:
-    ligament, bone = name.split("_")
-    return f"{ligament.upper()}, {bone}"
+def _text(report: PaperReport, *, html: bool = False) -> str:
+    rows = tables.table(
+        "The paper, claim by claim", "claim", "paper", "ours", "verdict", "evidence"
+    )
+    for column, width in zip(rows.columns, (30, 12, 16, 18, 10), strict=True):
+        column.no_wrap, column.width = False, width
+    rows.columns[3].justify = rows.columns[4].justify = "left"
+    for v in report.verdicts:
+        rows.add_row(v.claim.statement, v.claim.paper, v.ours, v.outcome, v.claim.evidence)
+    quick = "Quick: smaller searches and fewer samples than the paper's.\n" * report.quick
+    below = (
+        "\n".join(verdict_sentences(report))
+        + f"\n{quick}{report.machine}; {report.seconds:.1f} s.\n"
+        + _baseline(report)
+    )
+    return tables.render([rows, Text(below)], html=html)
 
 
-def _line_cells(changes: Sequence[GeometryChange], k: int) -> list[str]:
-    return [
-        text
-        for change in changes
-        for text in (f"{change.angle_deg[k]:+.2f}", f"{change.stiffness_percent[k]:+.1f}")
-    ]
+def _html(report: PaperReport) -> str:
+    return _text(report, html=True)
 
 
-def _figure_4(worst: SearchResult) -> list[Block]:
-    rows = []
-    for name, response in worst.models.items():
-        before, beyond = ap_slopes(response)
-        if response.status == "failed":
-            cells = ("failed", "failed", "-")
-        else:
-            cells = (f"{before:.3f}", f"{beyond:.3f}", shown(beyond / before))
-        rows.append((name.replace("_", " "), *cells))
-    columns = ("knee", "before 54.79 deg, mm/deg", "beyond, mm/deg", "ratio")
-    return [Heading("Figure 4 in numbers", level=3), Table(columns, rows)]
-
-
-def _influence(report: "PaperReport") -> list[Block]:
-    found = report.experiments.influence
-    return [
-        Heading("Which parameters decide"),
-        Paragraph(
-            "A worst case does not tell which parameters matter most. Sobol' indices of the true "
-            f"model do: {found.answer(5.0)} {found.answer(-5.0)} "
-            f"({found.indices.n_evaluations:,} models.)"
-        ),
-        Picture(f"{INFLUENCE_FIGURE}.png", CAPTIONS[INFLUENCE_FIGURE]),
-    ]
+WORDS = Documents(
+    summary=lambda report: " ".join(verdict_sentences(report)),
+    text=_text,
+    html=_html,
+    markdown=markdown,
+    page=_page,
+)

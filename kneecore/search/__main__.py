@@ -1,6 +1,9 @@
-"""Entry point of ``python -m kneecore.search``."""
+"""``python -m kneecore.search``: the two most different models within bounds.
 
-from kneecore.cli.search import main
+The command line is above this room, and is found by its name.
+"""
+
+from importlib import import_module
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(import_module("kneecore.cli.search").main())

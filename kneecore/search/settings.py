@@ -1,12 +1,11 @@
 """How to search for the two most different models: the one list of its options."""
 
 from dataclasses import dataclass, replace
-from numbers import Real
 from typing import Any, Literal, Self
 
 import numpy as np
 
-from kneecore._arguments import shown
+from kneecore._arguments import flag, number, shown, text
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -77,13 +76,9 @@ class SearchSettings:
         object.__setattr__(self, "weights", _checked_weights(self.weights))
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {shown(self.options)}; GeneticOptions are allowed")
-        if not isinstance(self.objective, str):
-            raise ParameterError(f"`objective` is {shown(self.objective)}; a text is allowed")
+        text("objective", self.objective, 200)
         for name in ("repair", "thorough"):
-            if not isinstance(getattr(self, name), bool):
-                raise ParameterError(
-                    f"`{name}` is {shown(getattr(self, name))}; True or False is allowed"
-                )
+            object.__setattr__(self, name, flag(name, getattr(self, name)))
         self.options.split(self.pop_size)
         self._check_method()
         self._check_repair()
@@ -104,16 +99,16 @@ class SearchSettings:
 
     def _check_repair(self) -> None:
         """Raise if the repair's options are not allowed, or are given without it."""
-        gap = self.repair_gap_percent
-        if isinstance(gap, bool) or not isinstance(gap, Real) or not 0.0 < gap < 100.0:
+        gap = number("repair_gap_percent", self.repair_gap_percent)
+        if not 0.0 < gap < 100.0:
             raise ParameterError(
-                f"`repair_gap_percent` is {shown(gap)}; a number above 0 and below 100 is allowed"
+                f"`repair_gap_percent` is {gap:g}; a number above 0 and below 100 is allowed"
             )
         if not self.repair:
             self._refuse_others_than_usual(
                 ("repair_gap_percent", "repair_models"), "it needs `repair`"
             )
-        object.__setattr__(self, "repair_gap_percent", float(gap))
+        object.__setattr__(self, "repair_gap_percent", gap)
         if not self.repair:
             return
         if self.repair_models < 2:

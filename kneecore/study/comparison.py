@@ -1,84 +1,71 @@
 """The worst case held against sampling: how far outside of the sampled band it lies."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ParameterError
-from kneecore.knee.response import MOMENT
-from kneecore.knee.space import ParameterSpace
-from kneecore.numbers import plain
+from kneecore.model import Model
+from kneecore.presented import Presented
 from kneecore.search.result import SearchResult
 from kneecore.study.monte_carlo import MonteCarloResult
 
-__all__ = ["Comparison", "compare_with_sampling"]
+__all__ = ["Comparison", "check_comparable", "compare_with_sampling"]
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Comparison:
-    """Two worst-case knees beside the 99.7 % band (percentiles) of a Monte-Carlo study."""
+class Comparison(Presented):
+    """Two worst-case models beside the 99.7 % band (percentiles) of a Monte-Carlo study."""
 
-    excess_deg: FloatArray
-    """How far each knee's angle lies outside of the band, shape (2, 12), deg; 0 inside."""
+    model: Model
+    excess: FloatArray
+    """How far each model's output lies outside of the band, shape (2, m); 0 inside."""
     excess_share: FloatArray
-    """The same as a share of the band's width."""
+    """The same as a share of the band's width; not finite where it has none."""
     below: FloatArray | None
-    """Share of the samples below each knee's angle, shape (2, 12), where the study counted it."""
+    """Share of the samples below each model's output, shape (2, m), where the study counted it."""
 
-    def share_outside(self, direction: str) -> FloatArray:
-        """Return the share of a direction's six loads at which each knee is outside, shape (2,).
+    def share_outside(self, objective: str) -> FloatArray:
+        """Return the share of an objective's outputs at which each model is outside, shape (2,).
 
         Parameters
         ----------
-        direction : {"extension", "flexion"}
+        objective : str
+            A name of `Model.objectives`, such as the knee's "extension" or "flexion".
         """
-        if direction not in ("extension", "flexion"):
-            raise ParameterError(
-                f"`direction` is {direction!r}; 'extension' or 'flexion' is allowed"
-            )
-        chosen = (MOMENT > 0) == (direction == "extension")
-        share: FloatArray = (self.excess_deg[:, chosen] > 0.0).mean(axis=1)
+        choices = self.model.objectives
+        if objective not in choices:
+            raise ParameterError(f"`objective` is {objective!r}; {', '.join(choices)} is allowed")
+        chosen = choices[objective] > 0.0
+        share: FloatArray = (self.excess[:, chosen] > 0.0).mean(axis=1)
         return share
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the comparison as JSON-ready values."""
-        return {
-            "excess_deg": {
-                "model_1": plain(self.excess_deg[0]),
-                "model_2": plain(self.excess_deg[1]),
-            },
-            "excess_share": {
-                "model_1": plain(self.excess_share[0]),
-                "model_2": plain(self.excess_share[1]),
-            },
-            "share_of_loads_outside": {
-                name: plain(self.share_outside(name)) for name in ("extension", "flexion")
-            },
-            "share_of_samples_below": None if self.below is None else plain(self.below),
-        }
 
-
-def check_comparable(
-    worst: SearchResult, space: ParameterSpace, rest_length: str, solver: str
-) -> None:
-    """Raise a `ParameterError` if a worst case is not of the bounds and responses of samples."""
-    same = np.array_equal(worst.space.lower, space.lower) and np.array_equal(
-        worst.space.upper, space.upper
+def _same_bounds(one: Model, other: Model) -> bool:
+    return (
+        one.names == other.names
+        and [c.label for c in one.columns] == [c.label for c in other.columns]
+        and np.array_equal(one.lower, other.lower)
+        and np.array_equal(one.upper, other.upper)
     )
-    if not same or worst.rest_length != rest_length:
+
+
+def check_comparable(worst: SearchResult, model: Model) -> None:
+    """Raise a `ParameterError` if a worst case is not of the model that is sampled."""
+    if not _same_bounds(worst.model, model):
         raise ParameterError(
-            "`result` and the samples have other bounds or rest lengths; the same are needed to "
-            "compare them"
+            "`result` and the samples have other bounds; the same are needed to compare them"
         )
-    if worst.solver != solver:
-        raise ParameterError(
-            f"`result` has the solver {worst.solver!r} and the samples {solver!r}; the same is "
-            "needed to compare them"
-        )
+    found, sampled = worst.model.computed, model.computed
+    for name in sampled:
+        if found.get(name) != sampled[name]:
+            raise ParameterError(
+                f"`result` has the {name} {found.get(name)!r} and the samples {sampled[name]!r}; "
+                "the same is needed to compare them"
+            )
 
 
 def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Comparison:
@@ -87,10 +74,11 @@ def compare_with_sampling(worst: SearchResult, study: MonteCarloResult) -> Compa
     Raises
     ------
     ParameterError
-        If the two were not made with the same bounds, rest lengths and solver.
+        If the two were not made with the same bounds, and computed in the same way.
     """
-    check_comparable(worst, study.space, study.rest_length, study.solver)
-    angles = np.degrees([worst.model_1.flexion, worst.model_2.flexion])
-    lower, upper = study.flexion_deg.percentile_lower, study.flexion_deg.percentile_upper
-    excess = np.maximum(np.maximum(lower - angles, angles - upper), 0.0)
-    return Comparison(excess_deg=excess, excess_share=excess / (upper - lower), below=study.below)
+    check_comparable(worst, study.model)
+    lower, upper = study.y.percentile_lower, study.y.percentile_upper
+    excess = np.maximum(np.maximum(lower - worst.y, worst.y - upper), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # an output that does not vary
+        share = excess / (upper - lower)
+    return Comparison(model=study.model, excess=excess, excess_share=share, below=study.below)

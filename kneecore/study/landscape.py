@@ -1,172 +1,165 @@
-"""A slice of the parameter space: the angles over two parameters, the others held.
+"""A slice of a model: its outputs over two inputs, the others held.
 
-The true model's angles and, beside them, a surrogate's.
+The true model's outputs and, beside them, a surrogate's.
 
 Examples
 --------
 >>> import kneecore
->>> space = kneecore.ParameterSpace()
->>> slice_ = kneecore.landscape(space.baseline, ("condyle_x", "pcl_femur_x"), n_points=5)
->>> slice_.reading("+5 N m").shape
-(5, 5)
+>>> slice_ = kneecore.landscape(kneecore.Knee(), ("condyle_x", "pcl_femur_x"), n_points=5)
+>>> slice_.y.shape
+(5, 5, 12)
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._version import versions
 from kneecore.errors import ParameterError
-from kneecore.knee.model import KneeSurrogate
-from kneecore.knee.parameters import check_physical, widened
-from kneecore.knee.response import MOMENT, RestLength, simulate_batch
-from kneecore.knee.space import ParameterSpace
+from kneecore.model import Model
 from kneecore.numerics.sampling import check_count
-from kneecore.search.result import LARGEST_EXTENSION
+from kneecore.presented import Presented
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import check_model
+from kneecore.search.training import TrainedSurrogate
+from kneecore.study.arguments import check_callback
 
-__all__ = ["DEFICIT", "READINGS", "Landscape", "landscape", "reading"]
+__all__ = ["Landscape", "landscape"]
 
 FloatArray = NDArray[np.float64]
-
-DEFICIT = "extension deficit"
-"""How far a knee stays bent under the largest extending moment, deg; 0 if it becomes straight."""
-READINGS = (DEFICIT, *(f"{m:+g} N m" for m in MOMENT[np.argsort(-MOMENT)]))
-"""What can be read from 12 angles: the deficit, or the angle at a load."""
-
-
-def reading(flexion_deg: ArrayLike, name: str) -> FloatArray:
-    """Return one number for each knee, shape (..., 12) -> (...,), deg.
-
-    Parameters
-    ----------
-    flexion_deg : array_like, shape (..., 12)
-        Angles at the 12 loads, deg.
-    name : str
-        One of `READINGS`.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such reading.
-    """
-    angles = np.asarray(flexion_deg, dtype=np.float64)
-    if name not in READINGS:
-        raise ParameterError(f"`name` is {name!r}; {', '.join(READINGS)} are allowed")
-    if name == DEFICIT:
-        return np.maximum(angles[..., LARGEST_EXTENSION], 0.0)
-    load = next(k for k, m in enumerate(MOMENT) if f"{m:+g} N m" == name)
-    return np.asarray(angles[..., load])
+BATCH = 512
+"""Models that are run between two reports."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Landscape:
-    """The 12 angles over a square grid of two parameters."""
+class Landscape(Presented):
+    """The m outputs over a square grid of two inputs."""
 
-    space: ParameterSpace
-    rest_length: RestLength
+    model: Model
+    """What was run. Read from a file, a model that is no knee has no function."""
     names: tuple[str, str]
-    """The two parameters."""
+    """The two inputs."""
     x: FloatArray
-    """The knee whose other values are held, shape (28,) or (32,), SI."""
+    """The point whose other values are held, shape (d,)."""
     axes: tuple[FloatArray, FloatArray]
-    """The two parameters' values from bound to bound, shape (n,) each, SI."""
-    model_deg: FloatArray
-    """The true model's angles, shape (n, n, 12), deg, the first parameter along the first axis;
-    NaN where the model failed."""
-    surrogate_deg: FloatArray | None
-    """The surrogate's angles, shape (n, n, 12), deg, or None where there is no surrogate."""
+    """The two inputs' values from bound to bound, shape (n,) each."""
+    y: FloatArray
+    """The true model's outputs, shape (n, n, m), the first input along the first axis; NaN where
+    the model failed."""
+    y_surrogate: FloatArray | None
+    """The surrogate's outputs, shape (n, n, m), or None where there is no surrogate."""
+    versions: dict[str, str]
 
     @property
     def n_models(self) -> int:
-        """Number of knees that were simulated."""
-        return int(self.model_deg[..., 0].size)
+        """Number of models that were run."""
+        return int(self.y[..., 0].size)
 
     @property
     def n_failed(self) -> int:
-        """Number of knees whose model failed."""
-        return int(np.isnan(self.model_deg[..., 0]).sum())
+        """Number of models that failed."""
+        return int(np.count_nonzero(~np.isfinite(self.y).all(axis=-1)))
 
-    def reading(self, name: str) -> FloatArray:
-        """Return the true model's sheet, shape (n, n), deg; `name` is one of `READINGS`."""
-        return reading(self.model_deg, name)
-
-    def surrogate_reading(self, name: str) -> FloatArray | None:
-        """Return the surrogate's sheet, shape (n, n), deg, or None."""
-        return None if self.surrogate_deg is None else reading(self.surrogate_deg, name)
-
-    def error(self, name: str) -> FloatArray | None:
-        """Return surrogate less true model, shape (n, n), deg; NaN where the model failed."""
-        predicted = self.surrogate_reading(name)
-        return None if predicted is None else predicted - self.reading(name)
+    @property
+    def error(self) -> FloatArray | None:
+        """Surrogate less true model, shape (n, n, m); NaN where the model failed."""
+        return None if self.y_surrogate is None else self.y_surrogate - self.y
 
 
-def _columns(names: Sequence[str], space: ParameterSpace) -> tuple[int, int]:
-    free = [name for name, is_free in zip(space.names, space.free, strict=True) if is_free]
-    if len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
+def _places(names: Any, model: Model) -> tuple[int, int]:
+    """Return where the two inputs stand."""
+    free = model.free_names
+    listed = isinstance(names, Sequence) and not isinstance(names, str)
+    if not listed or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         raise ParameterError(
-            f"`names` is {tuple(names)!r}; two different of the free parameters are allowed: "
-            f"{', '.join(free)}"
+            f"`names` is {tuple(names) if listed else names!r}; two different of the free inputs "
+            f"are allowed: {', '.join(free)}"
         )
-    return space.names.index(names[0]), space.names.index(names[1])
+    return model.names.index(names[0]), model.names.index(names[1])
+
+
+def _centre(x: ArrayLike | None, model: Model) -> FloatArray:
+    """Return the point around which the slice is laid."""
+    if x is None:
+        return np.array(model.nominal)
+    model.to_free_unit(x)  # refuses what is no point of the model
+    centre = np.array(x, dtype=np.float64)
+    if centre.ndim != 1 or not np.isfinite(centre).all():
+        raise ParameterError(
+            f"`x` has shape {centre.shape}; one point of {len(model.inputs)} finite numbers is "
+            "allowed"
+        )
+    return centre
+
+
+def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
+    """Run a model for points (n, d), with a report after every few."""
+    parts = []
+    for first in range(0, len(points), BATCH):
+        report = Progress(stage="sampling", done=first, total=len(points))
+        if callback is not None and callback(report):
+            raise Cancelled
+        parts.append(model.evaluate(points[first : first + BATCH]))
+    if callback is not None:
+        callback(Progress(stage="sampling", done=len(points), total=len(points)))
+    return np.concatenate(parts)
 
 
 def landscape(
-    x: ArrayLike,
+    model: Model,
     names: Sequence[str],
     *,
-    space: ParameterSpace | None = None,
-    surrogate: KneeSurrogate | None = None,
+    x: ArrayLike | None = None,
+    surrogate: TrainedSurrogate | None = None,
     n_points: int = 33,
-    rest_length: RestLength = "recomputed",
-    threads: int | None = None,
+    callback: Callback | None = None,
 ) -> Landscape:
-    """Simulate a grid of knees that differ from `x` in two parameters only.
-
-    The true model runs its dynamics, which is what a surrogate has learned from.
+    """Run a grid of models that differ from `x` in two inputs only.
 
     Parameters
     ----------
-    x : array_like, shape (28,) or (32,)
-        The knee around which the slice is laid, SI.
+    model : Model
+        Its bounds are the ends of the grid.
     names : sequence of 2 str
-        The two parameters; they must be free in `space`.
-    space : ParameterSpace, optional
-        Its bounds are the ends of the grid; the packaged baseline's for None.
-    surrogate : KneeSurrogate, optional
+        The two inputs; they must be free.
+    x : array_like, shape (d,), optional
+        The point around which the slice is laid; the nominal one for None.
+    surrogate : TrainedSurrogate, optional
         To be evaluated on the same grid.
     n_points : int
-        Grid points along each parameter, at least 2.
-    rest_length, threads
-        As for `simulate_batch`.
+        Grid points along each input, at least 2.
+    callback : callable, optional
+        Gets `Progress`; a true result cancels (raises `Cancelled`).
 
     Raises
     ------
     ParameterError
         If an argument is not allowed.
     """
-    space = space or ParameterSpace()
-    centre = check_physical(x, "x")
-    if centre.ndim != 1:
-        raise ParameterError(f"`x` has shape {centre.shape}; (28,) or (32,) is allowed")
-    if not centre[len(space.names) :].any():  # else rest lengths are changed, but held
-        centre = widened(centre, len(space.names))
-    first, second = _columns(names, space)
+    check_model(model)
+    check_callback(callback)
+    first, second = _places(names, model)
+    centre = _centre(x, model)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
-    axes = tuple(np.linspace(space.lower[i], space.upper[i], n_points) for i in (first, second))
-    knees = np.tile(centre, (n_points, n_points, 1))
-    knees[..., first], knees[..., second] = axes[0][:, None], axes[1][None, :]
-    flat = knees.reshape(-1, len(centre))
-    batch = simulate_batch(flat, baseline=space.baseline, rest_length=rest_length, threads=threads)
-    shape = (n_points, n_points, len(MOMENT))
-    predicted = None if surrogate is None else np.degrees(surrogate.predict(flat)).reshape(shape)
+    if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):
+        raise ParameterError(
+            f"`surrogate` is {surrogate!r}; what kneecore.fit_surrogate returns is allowed"
+        )
+    axes = tuple(np.linspace(model.lower[i], model.upper[i], n_points) for i in (first, second))
+    points = np.tile(centre, (n_points, n_points, 1))
+    points[..., first], points[..., second] = axes[0][:, None], axes[1][None, :]
+    flat = points.reshape(-1, len(centre))
+    shape = (n_points, n_points, model.n_outputs)
     return Landscape(
-        space=space,
-        rest_length=rest_length,
+        model=model,
         names=(names[0], names[1]),
         x=centre,
         axes=(axes[0], axes[1]),
-        model_deg=np.degrees(batch.flexion).reshape(shape),
-        surrogate_deg=predicted,
+        y=_run(model, flat, callback).reshape(shape),
+        y_surrogate=None if surrogate is None else surrogate.predict(flat).reshape(shape),
+        versions=versions(),
     )

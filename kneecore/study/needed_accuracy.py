@@ -1,217 +1,188 @@
-"""How accurately the geometry must be known for every knee to extend far enough.
+"""How accurately the inputs must be known for every model to be good enough.
 
 Examples
 --------
 >>> import kneecore
->>> need = kneecore.needed_accuracy(within_deg=5.0, solver="equilibrium")
->>> need.answer()[:41]
+>>> need = kneecore.needed_accuracy(kneecore.Knee(solver="equilibrium"))
+>>> need.summary()[:41]
 'Every knee extends to within 5 deg if the'
 """
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kneecore._threads import thread_count
+from kneecore._version import versions
 from kneecore.errors import ModelError, ParameterError
-from kneecore.knee.model import KneeModel
-from kneecore.knee.response import RestLength, Solver
-from kneecore.knee.space import ParameterSpace
-from kneecore.numbers import plain
+from kneecore.model import Model
 from kneecore.numerics.sampling import uniform
+from kneecore.presented import Presented
 from kneecore.progress import Callback
-from kneecore.search.exact_model import exact_extremes
-from kneecore.search.result import LARGEST_EXTENSION, versions
-from kneecore.study.bound_sweep import (
-    Steps,
-    checked_bounds,
-    settings_told,
-    with_geometry_bound,
-)
+from kneecore.study.arguments import Steps, checked_settings
+from kneecore.study.best_search import best_pair, one_column, searches_in_model
+from kneecore.study.settings import NeededAccuracySettings
+from kneecore.unit_model import UnitModel
 
 __all__ = ["NeededAccuracy", "needed_accuracy"]
 
+FloatArray = NDArray[np.float64]
 CHECK_SAMPLES = 2000
+_NEXT_TO_NOTHING = 1e-6
+"""Stands for no bounds at all: a model needs something that is free to vary."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class NeededAccuracy:
-    """The largest bound on the geometry with which every knee still extends far enough."""
+class NeededAccuracy(Presented):
+    """The widest bounds within which every model is still good enough."""
 
-    space: ParameterSpace
-    solver: Solver
-    rest_length: RestLength
-    within_deg: float
-    """Flexion that may be left at the largest extension moment, deg."""
-    bound_mm: float | None
-    """The bound, mm; None if even an exactly known geometry is not enough."""
+    model: Model
+    """With the bounds that were stated. Read from a file, a model that is no knee has no
+    function."""
+    settings: NeededAccuracySettings
+    """What was asked for, with nothing left open."""
+    column: int
+    """The output that is watched, one of the m numbers that the model returns."""
+    size: float | None
+    """Size of the widest bounds; None if even exactly known inputs are not enough. For knees the
+    half-ranges of every length and coordinate, mm."""
     reaches_largest: bool
-    """Whether the largest bound looked at is still enough, so that the answer is beyond it."""
-    largest_angle_deg: float
-    """Largest angle of any knee within the bound (within no bound, where there is none)."""
-    beyond_mm: float | None
-    """A bound that is too wide by little, mm; None if there is none."""
-    beyond_deg: float | None
-    """Largest angle there: above `within_deg`."""
-    sampled_deg: float | None
-    """Largest angle of a random sample within the bound: a check from the other side."""
+    """Whether the widest bounds looked at are still narrow enough, so that the answer is beyond
+    them."""
+    largest_value: float
+    """Largest watched output of any model within the bounds (within none, where there are none)."""
+    beyond: float | None
+    """A size that is too large by little; None if there is none."""
+    beyond_value: float | None
+    """Largest watched output there: above `NeededAccuracySettings.within`."""
+    sampled_value: float | None
+    """Largest watched output of a random sample within the bounds: a check from the other side."""
     n_sampled: int
-    n_searches: int
-    seed: int
+    tried: FloatArray
+    """Sizes that were searched, and the largest watched output at each, shape (n, 2), by size."""
+    in_model: bool
+    """Whether the searches were exact ones in the model, and not in repaired surrogates."""
     seconds: float
     versions: Mapping[str, str]
 
-    def answer(self) -> str:
-        """Return the answer in one sentence."""
-        goal = f"Every knee extends to within {self.within_deg:g} deg"
-        if self.bound_mm is None:
-            return (
-                f"Not {goal[0].lower()}{goal[1:]} even if the geometry is known exactly: one stops "
-                f"at {self.largest_angle_deg:.2f} deg."
-            )
-        if self.reaches_largest:
-            return (
-                f"{goal} even if the geometry is only known to within {self.bound_mm:g} mm, the "
-                f"widest bound that was looked at: all reach "
-                f"{self.largest_angle_deg:.2f} deg."
-            )
-        return (
-            f"{goal} if the geometry is known to within {self.bound_mm:.3f} mm; at "
-            f"{self.beyond_mm:.3f} mm one stops at {self.beyond_deg:.2f} deg."
+    @property
+    def n_searches(self) -> int:
+        """Searches that the answer took."""
+        return len(self.tried)
+
+
+def _settled(model: Model, given: NeededAccuracySettings) -> NeededAccuracySettings:
+    """Return the settings with the model's own in the place of those left open."""
+    within = model.goal if given.within is None else given.within
+    if within is None:
+        raise ParameterError(
+            "`within` is None; the largest value of "
+            f"{model.columns[model.watched].title!r} that is good enough is needed, such as "
+            "NeededAccuracySettings(within=5)"
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the answer as JSON-ready values."""
-        return {
-            "schema": "kneecore.needed_accuracy/1",
-            "answer": self.answer(),
-            "within_deg": self.within_deg,
-            "bound_mm": self.bound_mm,
-            "reaches_largest": self.reaches_largest,
-            "largest_angle_deg": plain(self.largest_angle_deg),
-            "beyond_mm": self.beyond_mm,
-            "beyond_deg": _plain(self.beyond_deg),
-            "sampled_largest_angle_deg": _plain(self.sampled_deg),
-            "n_sampled": self.n_sampled,
-            "n_searches": self.n_searches,
-            "seconds": round(self.seconds, 6),
-            **settings_told(self.space, self.solver, self.rest_length, self.seed, self.versions),
-        }
-
-    def __str__(self) -> str:
-        from kneecore.report.sweep import accuracy_report
-
-        return accuracy_report(self)
+    largest = float(max(model.sizes)) if given.largest is None else given.largest
+    return replace(given, within=within, largest=largest)
 
 
-def _plain(value: float | None) -> Any:
-    return None if value is None else plain(value)
+@dataclass(kw_only=True)
+class _Bracket:
+    """Bisection of the size at which the largest watched output passes the goal."""
+
+    model: Model
+    within: float
+    seed: int
+    steps: Steps
+    tried: dict[float, float] = field(default_factory=dict)
+
+    def value(self, size: float) -> float:
+        """Return the largest watched output of any model within bounds of a size."""
+        self.steps.begin()
+        one = self.model.with_size(max(size, _NEXT_TO_NOTHING))
+        weights = one_column(one, one.watched)
+        found = best_pair(one, weights, seed=self.seed, steps=self.steps)
+        self.steps.begin()  # a search that was ended early is none
+        self.steps.done += 1
+        self.tried[size] = float(found.seen[:, one.watched].max())
+        return self.tried[size]
+
+    def narrow(self, largest: float, tolerance: float) -> tuple[float | None, float | None]:
+        """Return the largest size that is good enough, and the smallest that is not."""
+        low, high = 0.0, largest
+        at_low, at_high = self.value(low), self.value(high)
+        if at_low > self.within:
+            return None, None
+        if at_high <= self.within:
+            return high, None
+        while high - low > tolerance:
+            middle = 0.5 * (low + high)
+            if self.value(middle) <= self.within:
+                low = middle
+            else:
+                high = middle
+        return low, high
 
 
 def needed_accuracy(
-    space: ParameterSpace | None = None,
+    model: Model,
+    settings: NeededAccuracySettings | None = None,
     *,
-    within_deg: float = 5.0,
-    largest_mm: float = 2.5,
-    tolerance_mm: float = 0.005,
-    solver: Solver = "dynamics",
-    rest_length: RestLength = "recomputed",
-    seed: int = 0,
-    threads: int | None = None,
     callback: Callback | None = None,
 ) -> NeededAccuracy:
-    """Find how accurately the geometry must be known for every knee to extend far enough.
+    """Find how accurately the inputs must be known for every model to be good enough.
 
-    The largest angle at the largest extension moment, over all knees of the space, grows with the
-    bound; the bound at which it passes `within_deg` is bracketed by bisection. The answer is the
-    bracket's lower end, its upper end is reported too, and the answer is checked by sampling.
+    The largest value of the watched output, over all models within the bounds, grows with their
+    size; the size at which it passes what is good enough is bracketed by bisection. The answer is
+    the bracket's lower end, its upper end is reported too, and the answer is checked by sampling.
 
     Parameters
     ----------
-    space : ParameterSpace, optional
-        As for `bound_sweep`.
-    within_deg : float
-        Flexion that may be left, deg.
-    largest_mm : float
-        Widest bound to look at, mm.
-    tolerance_mm : float
-        Width of the bracket at its end, mm.
-    solver, rest_length, seed, threads, callback
-        As for `bound_sweep`, which raises the same.
+    model : Model
+        As for `bound_sweep`. For knees the watched output is the angle at the largest extension
+        moment: how far they extend.
+    settings : NeededAccuracySettings, optional
+    callback : callable, optional
+        Gets `Progress`; a true result cancels (raises `Cancelled`).
+
+    Raises
+    ------
+    ParameterError, ModelError
+        As for `bound_sweep`; and if it is not known what is good enough.
     """
-    space = space or ParameterSpace()
-    (largest,) = checked_bounds([largest_mm])
-    if not (np.isfinite(tolerance_mm) and tolerance_mm > 0.0):
-        raise ParameterError(f"`tolerance_mm` is {tolerance_mm}; a number above 0 is allowed")
-    if not np.isfinite(within_deg):
-        raise ParameterError(f"`within_deg` is {within_deg}; a finite number is allowed")
-    n_threads = thread_count(threads)
-    total = 2 + max(0, int(np.ceil(np.log2(largest / tolerance_mm))))
+    given = checked_settings(model, NeededAccuracySettings, settings, callback)
+    settings = _settled(model, given)
+    assert settings.within is not None
+    assert settings.largest is not None
+    total = 2 + max(0, int(np.ceil(np.log2(settings.largest / settings.tolerance))))
     steps = Steps(callback, "bracketing the bound", total)
     begun = time.perf_counter()
-
-    def largest_angle(bound_mm: float) -> float:
-        steps.begin()
-        # Next to nothing stands for nothing: a space needs something that is free to vary.
-        found = exact_extremes(
-            with_geometry_bound(space, max(bound_mm, 1e-6)),
-            LARGEST_EXTENSION,
-            solver=solver,
-            rest_length=rest_length,
-            seed=seed,
-            threads=n_threads,
-            report=steps,
-        )
-        steps.begin()
-        steps.done += 1
-        return float(found.flexion_deg[1, LARGEST_EXTENSION])
-
-    low, high = 0.0, largest
-    at_low, at_high = largest_angle(low), largest_angle(high)
-    enough, never = at_high <= within_deg, at_low > within_deg
-    while not (enough or never) and high - low > tolerance_mm:
-        middle = 0.5 * (low + high)
-        angle = largest_angle(middle)
-        if angle <= within_deg:
-            low, at_low = middle, angle
-        else:
-            high, at_high = middle, angle
-    if enough:
-        low, at_low = high, at_high
+    bracket = _Bracket(model=model, within=settings.within, seed=settings.seed, steps=steps)
+    size, beyond = bracket.narrow(settings.largest, settings.tolerance)
     sampled = None
-    if not never and low > 0.0:
+    if size:
         steps.begin()
-        sampled = _largest_sampled(
-            with_geometry_bound(space, low), solver, rest_length, seed, n_threads
-        )
-    bracketed = not (enough or never)
+        sampled = _largest_sampled(model.with_size(size), settings.seed)
     return NeededAccuracy(
-        space=space,
-        solver=solver,
-        rest_length=rest_length,
-        within_deg=float(within_deg),
-        bound_mm=None if never else low,
-        reaches_largest=enough,
-        largest_angle_deg=at_low,
-        beyond_mm=high if bracketed else None,
-        beyond_deg=at_high if bracketed else None,
-        sampled_deg=sampled,
+        model=model,
+        settings=settings,
+        column=model.watched,
+        size=size,
+        reaches_largest=size is not None and beyond is None,
+        largest_value=bracket.tried[size or 0.0],
+        beyond=beyond,
+        beyond_value=None if beyond is None else bracket.tried[beyond],
+        sampled_value=sampled,
         n_sampled=0 if sampled is None else CHECK_SAMPLES,
-        n_searches=steps.done,
-        seed=seed,
+        tried=np.array(sorted(bracket.tried.items())),
+        in_model=searches_in_model(model),
         seconds=time.perf_counter() - begun,
         versions=versions(),
     )
 
 
-def _largest_sampled(
-    space: ParameterSpace, solver: Solver, rest_length: RestLength, seed: int, threads: int
-) -> float:
-    model = KneeModel(space, rest_length, threads, solver)
-    angles = model(uniform(CHECK_SAMPLES, space.n_free, seed))[:, LARGEST_EXTENSION]
-    if not np.isfinite(angles).any():
-        raise ModelError("no sample within the bound gave an answer")
-    return float(np.nanmax(angles))
+def _largest_sampled(model: Model, seed: int) -> float:
+    values = UnitModel(model)(uniform(CHECK_SAMPLES, model.n_free, seed))[:, model.watched]
+    if not np.isfinite(values).any():
+        raise ModelError("no sample within the bounds gave an answer")
+    return float(np.nanmax(values))

@@ -91,7 +91,7 @@ def test_a_space_of_a_file_keeps_its_half_ranges_unless_a_bound_is_given(tmp_pat
         ("value = -14.0", "value = = 1", "not a TOML file"),
         ("value = -14.0", "value = 1" + 400 * "0", "a finite number is allowed"),
         ("value = -14.0", "value = 1" + 5000 * "0", "not a TOML file"),
-        ("value = -14.0", "value = " + 5000 * "[", "not a TOML file"),
+        ("value = -14.0", "value = " + 5000 * "[", "brackets are nested 5,001 deep"),
     ],
 )
 def test_what_is_not_allowed_is_named(old, new, said, tmp_path):

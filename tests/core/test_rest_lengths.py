@@ -206,6 +206,6 @@ def test_figures_put_no_load_free_pose_where_knees_are_under_load():
     assert through_rest(Knee(SPACE)) is None
     for space, n in ((ParameterSpace(), 13), (SPACE, 12)):
         found = monte_carlo(Knee(space), SamplingSettings(n_samples=64))
-        axes = found.figures()["monte_carlo"].axes[0]
+        axes = found.figures()["figure_band"].axes[0]
         assert all(len(line.get_xdata()) in (n, 2) for line in axes.lines)
         assert any(len(line.get_xdata()) == n for line in axes.lines)

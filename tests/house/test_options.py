@@ -7,6 +7,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from typing import Literal
 
+import models
 import numpy as np
 import pytest
 import tyro
@@ -14,8 +15,26 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from results import SCHEMA
 
-from kneecore import GeneticOptions, Knee, ParameterSpace, SearchSettings
-from kneecore.cli import run
+import kneecore
+from kneecore import (
+    BoundSweepSettings,
+    GeneticOptions,
+    InfluenceSettings,
+    Knee,
+    NeededAccuracySettings,
+    ParameterSpace,
+    SamplingSettings,
+    SearchSettings,
+    SurrogateQualitySettings,
+    TrainingSweepSettings,
+    bound_sweep,
+    influence,
+    monte_carlo,
+    needed_accuracy,
+    surrogate_quality,
+    training_sweep,
+)
+from kneecore.cli import run, sweep, uncertainty
 from kneecore.cli.flags import flag_names, settings_from, with_flags
 from kneecore.cli.search import COMMAND, Options
 from kneecore.files.search import _REPAIR as TOLD_BY_THE_REPAIR
@@ -25,8 +44,26 @@ from kneecore.options import option, options_of
 from kneecore.report.command import command_line
 from kneecore.search.result import SearchResult
 
-SETTINGS = {SearchSettings: Options}
-"""Each settings class, and the options of its command line. The studies' are added here."""
+SETTINGS = {
+    SearchSettings: Options,
+    SamplingSettings: uncertainty.Options,
+    InfluenceSettings: uncertainty.Options,
+    BoundSweepSettings: sweep.Bound,
+    NeededAccuracySettings: sweep.Bound,
+    TrainingSweepSettings: sweep.Training,
+}
+"""Each settings class, and the options of its command line."""
+NO_COMMAND = {SurrogateQualitySettings}
+STUDIES = {
+    monte_carlo: SamplingSettings(n_samples=300, sampling="sobol", seed=3),
+    influence: InfluenceSettings(n_base=32, intervals=False, seed=3),
+    bound_sweep: BoundSweepSettings(sizes=(0.5, 1.0), seed=3),
+    needed_accuracy: NeededAccuracySettings(within=0.0105, largest=1.5, tolerance=0.05, seed=3),
+    training_sweep: TrainingSweepSettings(sizes=(8, 9), n_seeds=2, method="exact", seed=3),
+    surrogate_quality: SurrogateQualitySettings(training_samples=9, n_test=20, seed=3),
+}
+"""Each study, with an option of its own at another value than usual."""
+
 PAIRS = [(kind, one) for kind in SETTINGS for one in options_of(kind)]
 
 
@@ -50,6 +87,23 @@ def test_every_option_is_documented_and_has_a_flag(kind, one):
     told = help_of(SETTINGS[kind])
     assert f"{one.flag}." in told if dataclasses.is_dataclass(one.default) else one.flag in told
     assert flag_names(kind)[one.name] == one.flag
+
+
+def test_every_settings_class_is_looked_at_here():
+    public = {getattr(kneecore, name) for name in kneecore.__all__ if name.endswith("Settings")}
+    assert public == {*SETTINGS, *NO_COMMAND}
+    assert {type(how) for how in STUDIES.values()} == public - {SearchSettings}
+
+
+@pytest.mark.parametrize(
+    ("study", "how"), STUDIES.items(), ids=lambda p: getattr(p, "__name__", "")
+)
+def test_a_studys_settings_survive_its_file(study, how):
+    for one in options_of(type(how)):
+        assert getattr(how, one.name) != one.default, f"`{one.name}` is as usual"
+    result = study(models.two_units(), how)
+    assert result.settings == how
+    assert type(result).from_json(result.to_json()).settings == how
 
 
 @pytest.mark.parametrize("kind", SETTINGS)

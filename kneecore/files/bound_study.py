@@ -1,0 +1,69 @@
+"""A sweep over bounds together with the accuracy that is needed, as one document."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kneecore.figures.bound_sweep import bound_figure
+from kneecore.figures.style import render
+from kneecore.files import bound_sweep, needed_accuracy
+from kneecore.files.load import load_with
+from kneecore.presented import Format
+from kneecore.study.bound_sweep import BoundSweep
+from kneecore.study.needed_accuracy import NeededAccuracy
+
+__all__ = ["FORMAT", "BoundStudy", "load_bound_study"]
+
+
+@dataclass
+class BoundStudy:
+    """What has been computed so far."""
+
+    sweep: BoundSweep
+    need: NeededAccuracy | None = None
+
+    def __str__(self) -> str:
+        return "\n\n".join(str(part) for part in (self.sweep, self.need) if part is not None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the sweep as JSON-ready values, with the answer beside it."""
+        document = bound_sweep.to_dict(self.sweep)
+        if self.need is not None:
+            document["needed_accuracy"] = needed_accuracy.to_dict(self.need)
+        return document
+
+
+def from_dict(document: dict[str, Any]) -> BoundStudy:
+    """Return the study that `BoundStudy.to_dict` has told."""
+    need = document.get("needed_accuracy")
+    return BoundStudy(
+        sweep=bound_sweep.from_dict(document),
+        need=None if need is None else needed_accuracy.from_dict(need),
+    )
+
+
+def _others(study: BoundStudy, figures: bool) -> Iterator[tuple[str, bytes]]:
+    if figures:
+        yield from render({"figure_bound": bound_figure(study.sweep, study.need)})
+
+
+FORMAT = Format(
+    schema=bound_sweep.SCHEMA,
+    file=bound_sweep.FORMAT.file,
+    to_dict=BoundStudy.to_dict,
+    from_dict=from_dict,
+    others=_others,
+)
+
+
+def load_bound_study(path: str | Path) -> BoundStudy:
+    """Return the study in a file, or in the folder of `python -m kneecore.sweep bound --out`.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read or is no such study; the message names the file.
+    """
+    read: BoundStudy = load_with(path, FORMAT)
+    return read

@@ -1,0 +1,53 @@
+"""A model's outputs in tables: a knee's by load, with decimals; any other's by name."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore.knee.model import Knee
+from kneecore.knee.response import MOMENT
+from kneecore.model import Model
+from kneecore.report.knee_pair import knee_footer
+from kneecore.report.tables import number, significant, with_unit
+
+__all__ = ["NO_PROOF", "heading", "label", "origin", "shown", "solver", "spread"]
+
+FloatArray = NDArray[np.float64]
+
+NO_PROOF = "Exact searches: the worst found from many starts, which is no proof of the worst."
+
+
+def heading(model: Model) -> str:
+    """Return what stands above the outputs' names."""
+    return "moment N m" if isinstance(model, Knee) else "output"
+
+
+def label(model: Model, column: int) -> str:
+    """Return what an output is called in a table, with its unit."""
+    if isinstance(model, Knee):
+        return f"{MOMENT[column]:+g}"
+    one = model.columns[column]
+    return with_unit(f"{one.title},", one.output.unit).rstrip(",")
+
+
+def shown(model: Model, value: float, digits: int = 2) -> str:
+    """Return a value of an output: a knee's with decimals, any other's with six digits."""
+    return number(value, digits) if isinstance(model, Knee) else significant(value)
+
+
+def solver(model: Model) -> str:
+    """Return which response of knees it was."""
+    return f", solver: {model.solver}" if isinstance(model, Knee) else ""
+
+
+def origin(model: Model) -> str:
+    """Return which model it was, and what a reader must know of it."""
+    return knee_footer(model) if isinstance(model, Knee) else f"Model: {model.name}."
+
+
+def spread(model: Model, values: FloatArray, digits: int) -> str:
+    """Return median and range of f over seeds."""
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return "failed"
+    told = [shown(model, v, digits) for v in (known.min(), float(np.median(known)), known.max())]
+    return told[1] if len(values) == 1 else f"{told[1]} ({told[0]} to {told[2]})"

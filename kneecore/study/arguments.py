@@ -1,0 +1,60 @@
+"""What every study is asked with, checked; and how it tells of its steps."""
+
+from typing import Any, TypeVar
+
+from kneecore.errors import ParameterError
+from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import check_model
+
+__all__ = ["Steps", "check_callback", "checked_settings"]
+
+_Settings = TypeVar("_Settings")
+
+
+def checked_settings(
+    model: Any, kind: type[_Settings], settings: Any, callback: Any = None
+) -> _Settings:
+    """Return the settings of a study, the default ones for None, after a look at all arguments.
+
+    Raises
+    ------
+    ParameterError
+        If the model is no `Model`, the settings are of another kind, or the callback is none.
+    """
+    check_model(model)
+    check_callback(callback)
+    if settings is None:
+        return kind()
+    if not isinstance(settings, kind):
+        raise ParameterError(f"`settings` is {settings!r}; kneecore.{kind.__name__} are allowed")
+    return settings
+
+
+def check_callback(callback: Any) -> None:
+    """Raise a `ParameterError` if a callback cannot be called."""
+    if callback is not None and not callable(callback):
+        raise ParameterError(f"`callback` is {callback!r}; a function of a Progress is allowed")
+
+
+class Steps:
+    """Reports how many of a study's steps are done, also from within a step."""
+
+    def __init__(self, callback: Callback | None, stage: str, total: int) -> None:
+        self._callback, self._stage, self._total = callback, stage, total
+        self.done = 0
+
+    def __call__(self, _best: float = 0.0, _n_models: int = 0) -> bool:
+        """Report, and tell whether the callback asks to stop."""
+        if self._callback is None:
+            return False
+        report = Progress(stage=self._stage, done=self.done, total=self._total)
+        return bool(self._callback(report))
+
+    def within(self, _report: Progress) -> bool:
+        """Report in the place of a search's own report."""
+        return self()
+
+    def begin(self) -> None:
+        """Report; raise `Cancelled` if the callback asks to stop."""
+        if self():
+            raise Cancelled

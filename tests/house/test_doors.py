@@ -1,0 +1,31 @@
+"""What is found by its name is there: commands above their rooms, words and files above results."""
+
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+from kneecore.presented import _PLACES, Format, Words
+
+
+@pytest.mark.parametrize("name", ["search", "simulate", "uncertainty", "sweep", "paper"])
+def test_a_command_is_found_by_its_name(name):
+    command = [sys.executable, "-m", f"kneecore.{name}", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert done.stdout.startswith(f"usage: python -m kneecore.{name} ")
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("result", _PLACES)
+def test_a_result_has_words_files_and_figures(result):
+    report, files, figures = _PLACES[result]
+    assert isinstance(import_module(f"kneecore.{report}").WORDS, Words)
+    assert isinstance(import_module(f"kneecore.{files}").FORMAT, Format)
+    assert not figures or callable(import_module(f"kneecore.{figures}").draw)
+
+
+def test_no_two_results_call_themselves_the_same():
+    schemas = [import_module(f"kneecore.{files}").FORMAT.schema for _, files, _ in _PLACES.values()]
+    assert len(set(schemas)) == len(schemas)

@@ -1,0 +1,53 @@
+"""List the licences of kneecore and of all that it needs: ``python tests/licences.py``.
+
+Exit code 1 if one of them names no licence, or one that would bind kneecore's users (GPL, AGPL).
+"""
+
+import re
+import sys
+from importlib import metadata
+
+BINDING = re.compile(r"\bA?GPL|(?<!Lesser )General Public License", re.IGNORECASE)
+
+
+def needed(root="kneecore"):
+    """Return the installed distributions that `root` needs, itself first, extras left out."""
+    found, waiting = {}, [root]
+    while waiting:
+        name = re.sub(r"[-_.]+", "-", waiting.pop(0)).lower()
+        if name in found:
+            continue
+        try:
+            found[name] = metadata.distribution(name)
+        except metadata.PackageNotFoundError:  # for another platform or Python
+            continue
+        for line in found[name].requires or ():
+            requirement, _, marker = line.partition(";")
+            if "extra" not in marker:
+                waiting.append(re.match(r"[\w.-]+", requirement)[0])
+    return list(found.values())
+
+
+def licence(distribution):
+    """Return the licence that a distribution names, or an empty text."""
+    about = distribution.metadata
+    classified = [
+        line.rpartition("::")[2].strip()
+        for line in about.get_all("Classifier") or ()
+        if line.startswith("License ::")
+    ]
+    stated = about.get("License-Expression") or "; ".join(classified) or about.get("License") or ""
+    return stated.strip().splitlines()[0] if stated.strip() else ""
+
+
+def main():
+    faults = 0
+    for distribution in needed():
+        stated = licence(distribution)
+        faults += not stated or bool(BINDING.search(stated))
+        print(f"{distribution.name:24} {distribution.version:16} {stated or 'NONE'}")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
