@@ -23,8 +23,8 @@ from kneecore.model import Model
 from kneecore.numerics.sampling import check_count
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
-from kneecore.search.worst_case import check_model
 from kneecore.study.arguments import check_callback
 
 __all__ = ["Landscape", "landscape"]
