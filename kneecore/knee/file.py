@@ -12,7 +12,7 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore import _untrusted
-from kneecore._arguments import file_name, flag, numbers, one_line, shown
+from kneecore._arguments import file_name, flag, numbers, one_line, shown, shown_name
 from kneecore._arguments import text as checked_text
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
@@ -209,7 +209,7 @@ def read_knee(path: str | Path) -> Knee:
     try:
         return parse_knee(_untrusted.read_bytes(name, MAX_BYTES))
     except FileFormatError as error:
-        raise FileFormatError(f"{name}: {error}") from None
+        raise FileFormatError(f"{shown_name(name)}: {error}") from None
 
 
 @cache
