@@ -266,7 +266,8 @@ class ParameterSpace:
         centre = knee.baseline if around == "baseline" else knee.current
         if centre is None:
             raise ParameterError(
-                f"`around` is 'current', and {shown_name(str(path))} has no [current] knee; 'baseline' is allowed"
+                f"`around` is 'current', and {shown_name(str(path))} has no [current] knee; "
+                "'baseline' is allowed"
             )
         in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
         given = {
