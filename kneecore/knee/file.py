@@ -331,9 +331,9 @@ def _in_a_lossless_unit(numbers: list[float], unit: str) -> tuple[str, list[floa
     That is `unit` wherever it can be: one in some thousands of SI values is not the product of
     any float and the unit's factor, and is then written in SI.
     """
-    shown = [_decimal(number, units.si_factor(unit)) for number in numbers]
-    if all(number is not None for number in shown):
-        return unit, [float(number) for number in shown if number is not None]
+    decimals = [_decimal(float(number), units.si_factor(unit)) for number in numbers]
+    if all(number is not None for number in decimals):
+        return unit, [float(number) for number in decimals if number is not None]
     return units.si_unit(unit), [float(number) for number in numbers]
 
 
