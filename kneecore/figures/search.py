@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from kneecore.figures.evidence import convergence_figure, repair_figure
 from kneecore.figures.knee_pair import ap_position, ligament_forces, moment_angle
-from kneecore.figures.style import COLOURS, LABELS, REST_DEG, STYLE, axis_label, lay_axis, output_slices
+from kneecore.figures.style import (
+    COLOURS,
+    LABELS,
+    REST_DEG,
+    STYLE,
+    axis_label,
+    lay_axis,
+    output_slices,
+)
 from kneecore.inputs import Output
 from kneecore.knee.model import Knee
 from kneecore.model import Shape

@@ -37,8 +37,8 @@ def summary(result: SearchResult) -> str:
     k = int(np.argmax(weights * np.abs(result.y[0] - result.y[1])))
     column = result.model.columns[k]
     one, two = (with_unit(significant(v), column.output.unit) for v in result.y[:, k])
-    alone = result.model.n_outputs == 1
-    return f"{column.title}: model 1 gives {one}, model 2 {two}{'' if alone else ', the largest part of f'}."
+    part = "" if result.model.n_outputs == 1 else ", the largest part of f"
+    return f"{column.title}: model 1 gives {one}, model 2 {two}{part}."
 
 
 def _objective_line(result: SearchResult) -> str:
