@@ -17,14 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import shown
 from kneecore._version import versions
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling import check_count
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
-from kneecore.search.worst_case import check_model
 from kneecore.study.arguments import check_callback
 
 __all__ = ["Landscape", "landscape"]
@@ -75,7 +76,7 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     listed = isinstance(names, Sequence) and not isinstance(names, str)
     if not listed or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         raise ParameterError(
-            f"`names` is {tuple(names) if listed else names!r}; two different of the free inputs "
+            f"`names` is {shown(tuple(names) if listed else names)}; two different of the free inputs "
             f"are allowed: {', '.join(free)}"
         )
     return model.names.index(names[0]), model.names.index(names[1])
@@ -133,7 +134,7 @@ def landscape(
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):
         raise ParameterError(
-            f"`surrogate` is {surrogate!r}; what kneecore.fit_surrogate returns is allowed"
+            f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"
         )
     axes = tuple(np.linspace(model.lower[i], model.upper[i], n_points) for i in (first, second))
     points = np.tile(centre, (n_points, n_points, 1))
