@@ -382,6 +382,7 @@ def test_a_bound_sweep_is_cancelled_within_a_search():
         (lambda: kneecore.influence(ishigami(), callback="x"), "`callback` is 'x'"),
         (lambda: kneecore.landscape(ishigami(), ("x_1", "x_9")), "`names` is ('x_1', 'x_9')"),
         (lambda: kneecore.landscape(ishigami(), "x_1"), "`names` is 'x_1'"),
+        (lambda: kneecore.landscape(ishigami(), ("x_1", ["x_2"])), "`names` is ('x_1', ['x_2'])"),
         (lambda: kneecore.landscape(Filter(), ("L", "T")), "free inputs are allowed: L, C, R"),
         (lambda: kneecore.landscape(ishigami(), ("x_1", "x_2"), x=[1, 2]), "`x` has shape (2,)"),
         (lambda: kneecore.landscape(ishigami(), ("x_1", "x_2"), x=[1, 2, np.inf]), "finite"),
