@@ -28,7 +28,6 @@ from .knee.space import ParameterSpace as ParameterSpace
 from .knee.trajectory import Trajectory as Trajectory
 from .knee.trajectory import trajectory as trajectory
 from .model import Model as Model
-from .model import Shape as Shape
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
 from .paper.redo import redo_paper as redo_paper
 from .paper.result import PaperReport as PaperReport
@@ -46,6 +45,7 @@ from .search.training import TrainedSurrogate as TrainedSurrogate
 from .search.training import fit_surrogate as fit_surrogate
 from .search.warm_up import warm_up as warm_up
 from .search.worst_case import worst_case as worst_case
+from .shape import Shape as Shape
 from .study.bound_sweep import BoundSweep as BoundSweep
 from .study.bound_sweep import bound_sweep as bound_sweep
 from .study.comparison import Comparison as Comparison

@@ -11,15 +11,15 @@ Examples
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
 from kneecore._arguments import number, one_line, shown
 from kneecore.errors import ParameterError
 
-__all__ = ["Column", "Input", "Output", "all_of"]
+__all__ = ["Column", "Input", "Output", "all_of", "scales_of"]
 
 _LONGEST = 200  # characters of a name or a unit
 
@@ -111,6 +111,17 @@ class Input:
             half = 0.01 * self.tolerance_percent * abs(self.nominal)
         return self.nominal - half, self.nominal + half
 
+    def widened(self, factor: float) -> Self:
+        """Return the input with bounds `factor` times as far from its nominal value."""
+        assert self.nominal is not None
+        return replace(
+            self,
+            tolerance_percent=None,
+            half_range=None,
+            lower=self.nominal - factor * (self.nominal - self.lower),
+            upper=self.nominal + factor * (self.upper - self.nominal),
+        )
+
     @property
     def label(self) -> str:
         """The unit for tables and axes."""
@@ -190,6 +201,32 @@ class Column:
         )
         place = f"{self.at:{'+' if signed else ''}g} {self.output.axis_unit}".rstrip()
         return place if self.alone else f"{self.output.name} at {place}"
+
+    @property
+    def title(self) -> str:
+        """The column with its output's name, such as `flexion at +5 N m`."""
+        alone_on_axis = self.alone and self.at is not None
+        return f"{self.output.name} at {self.label}" if alone_on_axis else self.label
+
+
+def scales_of(outputs: Sequence[Output]) -> list[float]:
+    """Return the difference that counts as 1 for each number of a model's outputs.
+
+    Raises
+    ------
+    ParameterError
+        If outputs of different units have none.
+    """
+    units = {output.unit for output in outputs}
+    unscaled = [output.name for output in outputs if output.scale is None]
+    if len(units) > 1 and unscaled:
+        raise ParameterError(
+            f"`outputs` have different units ({', '.join(sorted(u or 'none' for u in units))}) "
+            f"and {unscaled[0]!r} has no `scale`; give each the difference that counts as 1, "
+            "such as Output('gain', unit='dB', scale=3)"
+        )
+    columns = [output.scale for output in outputs for _ in range(output.n_columns)]
+    return [1.0 if scale is None else scale for scale in columns]
 
 
 def all_of(kind: type[Any], argument: str, given: Any) -> tuple[Any, ...]:

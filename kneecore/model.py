@@ -21,34 +21,24 @@ array([[0.03, 0.06, 0.15]])
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import number, one_line, shown
+from kneecore._arguments import flag, number, one_line, shown
+from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
-from kneecore.inputs import Column, Input, Output, all_of
-from kneecore.returned import all_outputs, numbers, one_output
+from kneecore.inputs import Column, Input, Output, all_of, scales_of
+from kneecore.returned import jacobian_of, run_all, run_each, shapes_of
+from kneecore.shape import Shape
 
 __all__ = ["Evaluation", "Model", "Shape"]
 
 FloatArray = NDArray[np.float64]
 Run = Callable[[FloatArray], ArrayLike]
 Slopes = tuple[FloatArray, FloatArray, FloatArray]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Shape:
-    """One part of a model's picture."""
-
-    name: str
-    points: FloatArray
-    """Shape (n, 2), in `Model.picture_unit`."""
-    kind: str = "line"
-    """`line`, `closed` (end joined to start) or `link` (dashed, its ends marked)."""
-    label: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,19 +109,18 @@ class Model:
         name: str = "model",
         threads: int | None = None,
     ) -> None:
-        if run is not None and not callable(run):
-            raise ParameterError(f"`run` is {shown(run)}; a function of the inputs is allowed")
-        for argument, function in (("gradient", gradient), ("draw", draw)):
+        for argument, function in (("run", run), ("gradient", gradient), ("draw", draw)):
             if function is not None and not callable(function):
                 raise ParameterError(f"`{argument}` is {shown(function)}; a function is allowed")
         self.inputs = all_of(Input, "inputs", inputs)
         self.outputs = all_of(Output, "outputs", outputs)
         self._run, self._gradient, self._draw = run, gradient, draw
-        self._batched = bool(batched)
+        self._batched = flag("batched", batched)
         self.name = one_line("name", name, 200)
+        thread_count(threads)
         self.threads = threads
         self._size = 1.0
-        self._scales = self._scales_of_columns()
+        self._scales = np.array(scales_of(self.outputs))
         self.lower = _held([i.lower for i in self.inputs])
         self.upper = _held([i.upper for i in self.inputs])
         self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
@@ -239,18 +228,6 @@ class Model:
             )
         return weights
 
-    def _scales_of_columns(self) -> FloatArray:
-        units = {o.unit for o in self.outputs}
-        unscaled = [o.name for o in self.outputs if o.scale is None]
-        if len(units) > 1 and unscaled:
-            raise ParameterError(
-                f"`outputs` have different units ({', '.join(sorted(u or 'none' for u in units))}) "
-                f"and {unscaled[0]!r} has no `scale`; give each the difference that counts as 1, "
-                "such as Output('gain', unit='dB', scale=3)"
-            )
-        columns = [o.scale for o in self.outputs for _ in range(o.n_columns)]
-        return np.array([1.0 if s is None else s for s in columns])
-
     # Coordinates.
 
     @property
@@ -291,17 +268,7 @@ class Model:
         if factor <= 0.0:
             raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
         model = self._copy()
-        model.inputs = tuple(
-            replace(
-                i,
-                tolerance_percent=None,
-                half_range=None,
-                lower=i.nominal - factor * (i.nominal - i.lower),
-                upper=i.nominal + factor * (i.upper - i.nominal),
-            )
-            for i in self.inputs
-            if i.nominal is not None
-        )
+        model.inputs = tuple(one.widened(factor) for one in self.inputs)
         model.lower = _held([i.lower for i in model.inputs])
         model.upper = _held([i.upper for i in model.inputs])
         model._size = float(size)
@@ -312,10 +279,20 @@ class Model:
         model.__dict__.update(self.__dict__)
         return model
 
+    def point(self, x: ArrayLike) -> FloatArray:
+        """Return one point, shape (d,), checked and copied."""
+        values = np.array(self._points("x", x))
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise ParameterError(
+                f"`x` has shape {values.shape}; one point, ({len(self.inputs)},), of finite "
+                "numbers is allowed"
+            )
+        return values
+
     def _points(self, argument: str, x: ArrayLike) -> FloatArray:
         try:
             values = np.asarray(x)
-            usable = values.dtype.kind in "iuf" and values.ndim > 0
+            usable = values.dtype.kind in "iuf" and values.ndim > 0 and not np.ma.isMaskedArray(x)
         except ValueError:
             usable = False
         if not usable or values.shape[-1] != len(self.inputs):
@@ -370,20 +347,9 @@ class Model:
                 f"the model {self.name!r} was read from a file, which holds no function; nothing "
                 "can be computed with it"
             )
-        y = self._all_at_once(x) if self._batched else self._one_by_one(x)
+        y = (run_all if self._batched else run_each)(self._run, x, self.n_outputs)
         failed = int(np.count_nonzero(~np.isfinite(y).all(axis=1)))
         return Evaluation(y=y, counts={"failed": failed})
-
-    def _all_at_once(self, x: FloatArray) -> FloatArray:
-        assert self._run is not None
-        return all_outputs(self._run(x.copy()), len(x), self.n_outputs)
-
-    def _one_by_one(self, x: FloatArray) -> FloatArray:
-        assert self._run is not None
-        y = np.empty((len(x), self.n_outputs))
-        for k, point in enumerate(x):
-            y[k] = one_output(self._run(point.copy()), self.n_outputs)
-        return y
 
     def slopes(self, u: FloatArray, weights: FloatArray) -> Slopes:
         """Return weighted sums of the outputs with their gradients on the unit cube.
@@ -402,12 +368,7 @@ class Model:
         assert self._gradient is not None
         x = self.from_free_unit(u)
         y = self.examine(x).y
-        wanted = (len(x), self.n_outputs, len(self.inputs))
-        jacobian = numbers("gradient", self._gradient(x.copy()))
-        if jacobian.shape != wanted:
-            raise ParameterError(
-                f"`gradient` returned shape {jacobian.shape}; {wanted} (n, m, d) is allowed"
-            )
+        jacobian = jacobian_of(self._gradient, x, self.n_outputs)
         width = (self.upper - self.lower)[self.free]
         slopes = np.einsum("nm,nmd->nd", weights, jacobian)[:, self.free] * width
         values = (weights * y).sum(axis=1)
@@ -421,7 +382,7 @@ class Model:
 
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return the picture of one point, shape (d,); empty where the model has none."""
-        return () if self._draw is None else tuple(self._draw(self._points("x", x)))
+        return () if self._draw is None else shapes_of(self._draw, self._points("x", x))
 
     def warm_up(self, *, gradient: bool = False) -> None:
         """Load what the first run would have to wait for."""

@@ -4,24 +4,28 @@ viser, numba and the rest are imported only after the options are read, so that 
 wrong option answer at once.
 """
 
+import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from kneecore.cli import run as _cli
+from kneecore.cli import run
 
 if TYPE_CHECKING:
     from kneeviz.server.app import App
 
 COMMAND = "python -m kneeviz"
+TOKEN_VARIABLE = "KNEEVIZ_TOKEN"
 DEFAULT_PORT = 8080
 _PORTS_TRIED = 100
 _File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
+_Names = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME"), tyro.conf.UseAppendAction]
 _Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
 
 
@@ -34,8 +38,8 @@ class Options:
     """
 
     host: str = "127.0.0.1"
-    """Address to listen on. The default can be reached from this machine only; whoever can reach
-    another address can use the app, for there is no password."""
+    """Address to listen on. The default can be reached from this machine only. On any other, the
+    printed address carries a token, without which nobody is let in."""
     port: _Port = None
     """Port to listen on. Unset: 8080, or the next free one."""
     baseline: _File = None
@@ -46,6 +50,14 @@ class Options:
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
     """Each visitor has a knee of his own."""
+    token: bool = False
+    """Let nobody in without the token in the printed address. This is the default where others
+    than this machine can reach the app. The environment variable KNEEVIZ_TOKEN, if set, is it."""
+    no_token: bool = False
+    """Let everybody in who can reach the app."""
+    allow_host: _Names = ()
+    """A further name under which the app is reached, through a reverse proxy or a tunnel. May be
+    given several times."""
     no_browser: bool = False
     """Do not open the browser."""
 
@@ -83,7 +95,7 @@ def choose_port(host: str, port: int | None) -> int:
     ParameterError
         If the port that was asked for is taken or no port, or the host is none of this machine's.
     """
-    from kneecore.errors import ParameterError
+    from kneecore import ParameterError
 
     if port is not None and not 0 <= port <= 65535:
         raise ParameterError(f"`port` is {port}; 0 to 65535 is allowed")
@@ -100,18 +112,35 @@ def choose_port(host: str, port: int | None) -> int:
     raise ParameterError(f"no port from {DEFAULT_PORT} on is free; give one with --port")
 
 
+def chosen_token(options: Options) -> str | bool | None:
+    """Return the token that was asked for; None leaves it to the host.
+
+    Raises
+    ------
+    ParameterError
+        If it is both asked for and not wanted.
+    """
+    from kneecore.errors import ParameterError
+
+    if options.token and options.no_token:
+        raise ParameterError("--token and --no-token are given; only one of them is allowed")
+    if options.no_token:
+        return False
+    return os.environ.get(TOKEN_VARIABLE) or (True if options.token else None)
+
+
 def start(options: Options) -> "App":
     """Read the files, choose the port and start the server."""
-    from kneecore import read_knee
-    from kneecore.errors import ParameterError
+    from kneecore import ParameterError, read_knee
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    token = chosen_token(options)
     port = choose_port(options.host, options.port)
     knee = None if options.baseline is None else read_knee(options.baseline)
     result = None
     if options.result is not None:
-        from kneecore.search.result import SearchResult
+        from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
     from kneeviz.server.app import App
@@ -122,6 +151,8 @@ def start(options: Options) -> "App":
         knee=knee,
         result=result,
         shared=not options.per_visitor,
+        token=token,
+        allow_hosts=options.allow_host,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):
@@ -132,10 +163,15 @@ def start(options: Options) -> "App":
 
 def _serve(app: "App", *, browser: bool) -> None:
     """Print the address, open it, and wait for Ctrl-C or a polite end."""
+    # viser warns of clients that left meanwhile and of odd uploads: strangers' doing, not faults.
+    for start_of_message in ("Queued a ", r"\[viser\] "):
+        warnings.filterwarnings("ignore", start_of_message, UserWarning)
     stop = threading.Event()
     # A handler of our own: numba swallows Ctrl-C while it compiles.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
+    if app.warning is not None:
+        print(f"kneeviz: warning: {app.warning}", file=sys.stderr, flush=True)  # noqa: T201
     print(f"kneeviz: {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201
     if browser:
         import webbrowser
@@ -148,13 +184,13 @@ def _serve(app: "App", *, browser: bool) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = _cli.parse(Options, arguments, COMMAND)
-    from kneecore.errors import KneecoreError
+    options = run.parse(Options, arguments, COMMAND)
+    from kneecore import KneecoreError
 
     try:
         app = start(options)
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error)
+        return run.fail(COMMAND, error)
     _serve(app, browser=not options.no_browser)
     return 0
 

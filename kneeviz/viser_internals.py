@@ -7,16 +7,26 @@ with the server have no public call either.
 """
 
 import math
+import time
+import weakref
 from collections.abc import Callable
 from typing import Any
 
 import viser
+from viser import _client_autobuild
 from viser import _gui_handles as handles
 from viser import _messages as messages
 
 MAX_UPLOAD = 5_000_000
 """Bytes; a result is a few hundred thousand, a knee ten thousand."""
 _MAX_PARTS = 64
+_PENDING, _PENDING_BYTES = 2, 2 * MAX_UPLOAD
+"""Uploads of one visitor that are not finished, and what they may hold together."""
+_PENDING_OF_ALL, _PENDING_BYTES_OF_ALL = 16, 4 * MAX_UPLOAD
+_PATIENCE = 30.0  # s without a new part, after which an upload is given up
+_ACKS_KEPT = 64
+_guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
+"""The `gui` objects whose unfinished uploads are counted together."""
 
 Reject = Callable[[int, Any, str], None]
 """Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
@@ -82,6 +92,11 @@ def widget_id(handle: Any) -> str:
     return str(handle._impl.uuid)
 
 
+def skip_client_build() -> None:
+    """Let a new server not look for a compiler: an installed client is always built."""
+    _client_autobuild.ensure_client_is_built = lambda: None
+
+
 def refuse_tunnel(server: viser.ViserServer) -> None:
     """Drop requests for a public address, which a client could make without any button."""
     interface = server._websock_server
@@ -90,7 +105,7 @@ def refuse_tunnel(server: viser.ViserServer) -> None:
 
 
 def guard(gui: Any, reject: Reject) -> None:
-    """Put checks in front of all that a `gui` (the server's or a client's) takes from the wire."""
+    """Put checks in front of all that a `gui` (the server's or a client's) takes from browsers."""
     _guard_values(gui, reject)
     _guard_uploads(gui, reject)
 
@@ -113,6 +128,7 @@ def _guard_values(gui: Any, reject: Reject) -> None:
 
 
 def _guard_uploads(gui: Any, reject: Reject) -> None:
+    _guarded.add(gui)
     begin, go_on = gui._handle_file_transfer_start, gui._handle_file_transfer_part
     interface = gui._websock_interface
     interface.unregister_handler(messages.FileTransferStartUpload, begin)
@@ -123,6 +139,9 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
         if not isinstance(handle, handles.GuiUploadButtonHandle):
             return
         fault = upload_fault(message.size_bytes, message.part_count)
+        _give_up_old_uploads()
+        fault = fault or crowding_fault(client_id, message.transfer_uuid, message.size_bytes)
+        _forget_old_acks(gui)
         if handle.disabled:
             fault = "that button cannot be used now"
         if fault is not None:
@@ -130,6 +149,8 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             reject(client_id, handle, fault)
             return
         begin(client_id, message)
+        if message.transfer_uuid in gui._current_file_upload_states:
+            gui._current_file_upload_states[message.transfer_uuid]["touched"] = time.monotonic()
 
     def checked_part(client_id: int, message: Any) -> None:
         state = gui._current_file_upload_states.get(message.transfer_uuid)
@@ -139,6 +160,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             gui._current_file_upload_states.pop(message.transfer_uuid, None)
             reject(client_id, None, "the upload is larger than it said")
             return
+        state["touched"] = time.monotonic()
         go_on(client_id, message)
 
     interface.register_handler(messages.FileTransferStartUpload, checked_start)
@@ -157,6 +179,51 @@ def _acknowledge(gui: Any, client_id: int, message: Any) -> None:
     )
 
 
+def unfinished_uploads() -> dict[str, Any]:
+    """Return what viser keeps of the uploads that are under way, by their name on the wire."""
+    return {
+        name: state
+        for gui in list(_guarded)
+        for name, state in list(gui._current_file_upload_states.items())
+    }
+
+
+def _give_up_old_uploads() -> None:
+    """Drop the uploads of which no part has come for long."""
+    for gui in list(_guarded):
+        states = gui._current_file_upload_states
+        for name, state in list(states.items()):
+            if time.monotonic() - state.get("touched", math.inf) > _PATIENCE:
+                states.pop(name, None)
+
+
+def crowding_fault(client_id: int, name: str, size_bytes: int) -> str | None:
+    """Return why one more upload is too much, for its visitor or for the server, or None."""
+    under_way = unfinished_uploads()
+    if name in under_way:
+        return "that upload is under way already"
+    own = [s["total_bytes"] for s in under_way.values() if s["client_id"] == client_id]
+    all_ = [s["total_bytes"] for s in under_way.values()]
+    if len(own) >= _PENDING or sum(own) + size_bytes > _PENDING_BYTES:
+        return "your other uploads are not finished yet"
+    if len(all_) >= _PENDING_OF_ALL or sum(all_) + size_bytes > _PENDING_BYTES_OF_ALL:
+        return "too many files are on their way; please try again in a minute"
+    return None
+
+
+def _forget_old_acks(gui: Any) -> None:
+    """Drop all but the last acknowledgements, of which viser's buffer keeps every one for ever."""
+    buffer = gui._websock_interface.get_message_buffer()
+    with buffer.buffer_lock:
+        acks = [
+            number
+            for number, message in buffer.message_from_id.items()
+            if isinstance(message, messages.FileTransferPartAck)
+        ]
+        for number in acks[:-_ACKS_KEPT]:
+            buffer.pop_message_locked(number)
+
+
 def upload_fault(size_bytes: Any, part_count: Any) -> str | None:
     """Return what is wrong with an announced upload, or None."""
     if not isinstance(size_bytes, int) or not isinstance(part_count, int):
@@ -169,7 +236,7 @@ def upload_fault(size_bytes: Any, part_count: Any) -> str | None:
 
 
 def update_fault(handle: Any, updates: Any) -> str | None:
-    """Return what is wrong with a widget's update from the wire, or None.
+    """Return what is wrong with a widget's update from a browser, or None.
 
     Parameters
     ----------
@@ -193,7 +260,7 @@ def update_fault(handle: Any, updates: Any) -> str | None:
 
 
 def number_fault(value: Any, low: float | None, high: float | None) -> str | None:
-    """Return what is wrong with a number from the wire, or None.
+    """Return what is wrong with a number from a browser, or None.
 
     The bounds forgive the rounding of a number that was shown with few digits.
     """
@@ -211,11 +278,14 @@ def _edge(value: float | None) -> str:
 
 __all__ = [
     "MAX_UPLOAD",
+    "crowding_fault",
     "force_value",
     "guard",
     "number_fault",
     "refuse_tunnel",
     "set_camera_lock",
+    "skip_client_build",
+    "unfinished_uploads",
     "update_fault",
     "upload_fault",
     "watch_charts",

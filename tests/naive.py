@@ -43,7 +43,8 @@ STARTS = (0, 7, 11, 14, 17, 20)  # s, when each plateau begins
 ENDS = (7, 11, 14, 17, 20, 23)  # s, when each plateau is read
 
 MAX_EXCURSION = math.radians(150.0)  # a run that turns further than this from THETA_0 is lost
-MAX_KINETIC_ENERGY = 5e-3  # J, at a plateau's end; above it the run is numerically unstable
+MAX_KINETIC_ENERGY = 5e-3  # J, at a plateau's end; above it the run is hot
+SAME_ANGLE = math.radians(0.2)  # two runs agree if their angles differ by less at every load
 SETTLED_CHANGE = math.radians(0.2)  # a plateau has settled if theta moves less than this ...
 SETTLED_WINDOW = 0.5  # ... over this many seconds before its end
 
@@ -139,10 +140,11 @@ class Plateau(NamedTuple):
     ap_position: float  # m
     settled: bool
     tibia_position: tuple[float, float]  # m, tibia origin in the femur frame
+    kinetic_energy: float  # J
 
 
-class UnstableRunError(ArithmeticError):
-    """The run turned non-finite, left the range of flexion, or kept moving."""
+class WildRunError(ArithmeticError):
+    """The run turned non-finite or left the range of flexion."""
 
 
 def as_knee(x: ArrayLike) -> Knee:
@@ -343,6 +345,7 @@ def observe(knee: Knee, rest: Four, state: State, moment: float, settled: bool) 
         ap_position=touch.position,
         settled=settled,
         tibia_position=(ox, oy),
+        kinetic_energy=kinetic_energy(state),
     )
 
 
@@ -373,9 +376,8 @@ def run(
 
     Raises
     ------
-    UnstableRunError
-        If the run turns non-finite, leaves the range of flexion, or has too much kinetic energy
-        at a plateau's end.
+    WildRunError
+        If the run turns non-finite or leaves the range of flexion.
     """
     if direction not in (1, -1):
         raise ValueError("direction is +1 (extension) or -1 (flexion)")
@@ -400,12 +402,24 @@ def run(
                 phi_window = state.phi  # k steps have been taken: this is the pose at t = k dt
             state = step(knee, rest, state, moment, dt)
             if not in_range(state):
-                raise UnstableRunError(f"left the range at step {k} of {moment} N m")
-        if kinetic_energy(state) > MAX_KINETIC_ENERGY:
-            raise UnstableRunError(f"still moving at the end of {moment} N m")
+                raise WildRunError(f"left the range at step {k} of {moment} N m")
         settled = abs(state.phi - phi_window) < SETTLED_CHANGE
         records.append(observe(knee, rest, state, moment, settled))
     return records
+
+
+def is_hot(plateau: Plateau) -> bool:
+    """Whether the knee still moves, with too much energy to be at rest, at a plateau's end."""
+    return not plateau.kinetic_energy <= MAX_KINETIC_ENERGY
+
+
+def rings(records: list[Plateau], before: list[Plateau]) -> bool:
+    """Whether a hot run is the knee's own ringing: halving the step has changed no angle much."""
+    agree = all(
+        abs(now.flexion - then.flexion) < SAME_ANGLE
+        for now, then in zip(records, before, strict=True)
+    )
+    return agree and all(record.settled for record in records if is_hot(record))
 
 
 def run_refined(
@@ -414,18 +428,27 @@ def run_refined(
     baseline: ArrayLike = BASELINE,
     rest_length: RestLength = "recomputed",
 ) -> tuple[list[Plateau] | None, int]:
-    """Repeat an unstable run with the step halved, up to three times.
+    """Repeat a wild or hot run with the step halved, up to three times.
+
+    A run is accepted if it is calm, or hot but rings; it is given up if it is wild twice in a row.
 
     Returns
     -------
     records, n_refinements
-        None and 3 if even the finest step fails.
+        None and the number of halvings that were tried if the run fails.
     """
+    before: list[Plateau] | None = None  # the run with twice the step; None if it was wild
     for refine in range(MAX_REFINEMENTS + 1):
         try:
-            return run(x, direction, baseline, rest_length, refine), refine
-        except UnstableRunError:
+            records = run(x, direction, baseline, rest_length, refine)
+        except WildRunError:
+            if refine > 0 and before is None:
+                return None, refine
+            before = None
             continue
+        if not any(map(is_hot, records)) or (before is not None and rings(records, before)):
+            return records, refine
+        before = records
     return None, MAX_REFINEMENTS
 
 

@@ -4,10 +4,18 @@ import json
 
 import jsonschema
 
-from kneecore import SearchResult
+from kneecore import Knee, SearchResult
 from kneecore._assets import asset_path
 
 SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
+
+
+def _keys(kind):
+    return {*SCHEMA["properties"], *SCHEMA["$defs"][kind]["properties"]}
+
+
+KNEE_KEYS, MODEL_KEYS = _keys("of_knees"), _keys("of_any_model")
+"""All keys of a result of knees, and of one of any other model."""
 
 
 def check_comes_back(result):
@@ -15,7 +23,7 @@ def check_comes_back(result):
     text = result.to_json()
     document = json.loads(text)
     jsonschema.validate(document, SCHEMA)
-    assert set(document) == set(SCHEMA["properties"])
+    assert set(document) == (KNEE_KEYS if isinstance(result.model, Knee) else MODEL_KEYS)
     again = SearchResult.from_json(text)
     assert again.to_json() == text
     assert str(again) == str(result)

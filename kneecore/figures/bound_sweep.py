@@ -4,8 +4,9 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kneecore.figures.columns import column_label, size_label
 from kneecore.figures.needed_accuracy import mark_answer
-from kneecore.figures.style import COLOURS, STYLE, axis_label, column_label, size_label
+from kneecore.figures.style import COLOURS, STYLE, axis_label
 from kneecore.knee.model import Knee
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.needed_accuracy import NeededAccuracy

@@ -4,6 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from kneecore.figures.columns import name_columns
 from kneecore.figures.style import COLOURS, LABELS, STYLE
 from kneecore.knee.model import Knee
 from kneecore.search.result import MODELS
@@ -16,10 +17,11 @@ def draw(found: Comparison) -> dict[str, Figure]:
     """Return a comparison's figures by name."""
     model = found.model
     order = list(model.order)
-    labels = [model.columns[k].label for k in order]
     at = np.arange(len(order))
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(max(5.0, 0.55 * len(order) + 1.5), 3.8), layout="constrained")
+        figure = Figure(
+            figsize=(min(9.0, max(5.0, 0.55 * len(order) + 1.5)), 3.8), layout="constrained"
+        )
         axes = figure.add_subplot()
         for k, name in enumerate(MODELS[1:]):
             axes.bar(
@@ -29,9 +31,8 @@ def draw(found: Comparison) -> dict[str, Figure]:
                 color=COLOURS[name],
                 label=LABELS[name],
             )
-        axes.set_xticks(at, labels, rotation=45 if len(order) > 3 else 0, ha="center")
-        axes.grid(axis="x", visible=False)
+        name_columns(axes, model)
         axes.set_xlabel("external moment" if isinstance(model, Knee) else "output")
         axes.set_ylabel("outside of the 99.7 % band, % of its width")
-        axes.legend()
+        figure.legend(loc="outside upper center", ncols=2)
     return {"figure_comparison": figure}

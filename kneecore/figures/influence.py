@@ -5,15 +5,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kneecore.figures.columns import name_columns
 from kneecore.figures.style import STYLE
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.study.influence import InfluenceResult
 
 __all__ = ["bars_figure", "draw", "map_figure"]
-
-_MANY = 24
-"""Outputs; of more, only some are named under the map."""
 
 
 def draw(found: InfluenceResult) -> dict[str, Figure]:
@@ -42,36 +40,32 @@ def _bars(axes: Axes, found: InfluenceResult, column: int, count: int) -> None:
         errors = np.maximum(np.abs(np.nan_to_num(interval[:, column, places]) - values), 0.0)
     axes.barh(names, values, xerr=errors, color="#0072B2", height=0.7, ecolor="0.3")
     axes.set_xlabel("total Sobol' index")
-    axes.set_title(found.model.columns[column].label)
+    one = found.model.columns[column]
+    axes.set_title(one.label if isinstance(found.model, Knee) else one.title)
     axes.grid(axis="y", visible=False)
 
 
-def _ticks(model: Model) -> tuple[list[int], list[str], str]:
-    """Return which places of the order are named, how, and what they are."""
-    labels = [model.columns[k].label for k in model.order]
+def _what(model: Model) -> str:
+    """Return what the outputs are, side by side."""
     if isinstance(model, Knee):
-        moments = [model.columns[k].at for k in model.order]
-        labels, what = [f"{m:+g}" for m in moments], "external moment, N m (extension > 0)"
-    else:
-        what = model.outputs[0].axis_name if len(model.outputs) == 1 else "output"
-    step = -(-len(labels) // _MANY)
-    return list(range(0, len(labels), step)), labels[::step], what
+        return "external moment, N m (extension > 0)"
+    return (model.outputs[0].axis_name if len(model.outputs) == 1 else "") or "output"
 
 
 def map_figure(found: InfluenceResult) -> Figure:
     """Return total indices of all inputs in all outputs as a heat map."""
-    places, labels, what = _ticks(found.model)
-    knee = isinstance(found.model, Knee)
+    model = found.model
+    knee = isinstance(model, Knee)
+    moments = [f"{model.columns[k].at:+g}" for k in model.order] if knee else None
     with mpl.rc_context(STYLE):
         height = 6.4 if knee else max(3.0, 0.22 * len(found.names) + 1.6)
         figure = Figure(figsize=(6.4, height), layout="constrained")
         axes = figure.add_subplot()
-        total = found.indices.total_order[list(found.model.order)].T
+        total = found.indices.total_order[list(model.order)].T
         image = axes.imshow(total, aspect="auto", cmap="Blues", vmin=0.0)
-        long = max(map(len, labels)) > 5 and len(labels) > 3
-        axes.set_xticks(places, labels, rotation=45 if long else 0)
+        name_columns(axes, model, moments)
         axes.set_yticks(range(len(found.names)), found.names)
-        axes.set_xlabel(what)
+        axes.set_xlabel(_what(model))
         axes.grid(visible=False)
         axes.set_title(f"Total Sobol' index of each {'parameter' if knee else 'input'}")
         figure.colorbar(image, ax=axes, shrink=0.6, label="share of the variance")

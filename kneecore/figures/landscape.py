@@ -23,8 +23,7 @@ def slice_figure(found: Landscape, column: int | None = None) -> Figure:
     """Return the maps of one output, the one that is watched unless told otherwise."""
     model = found.model
     column = model.watched if column is None else column
-    output = model.columns[column].output
-    name = output.name if model.columns[column].at is None else _named(found, column)
+    one = model.columns[column]
     sheets = {"true model": found.y[..., column]}
     if found.y_surrogate is not None and found.error is not None:
         sheets["surrogate"] = found.y_surrogate[..., column]
@@ -38,16 +37,11 @@ def slice_figure(found: Landscape, column: int | None = None) -> Figure:
         for k, (axes, (title, sheet)) in enumerate(zip(grid, sheets.items(), strict=True)):
             difference = k == 2
             _map(axes, found, sheet, _symmetric(sheet) if difference else ends, difference)
-            figure.colorbar(axes.images[0], ax=axes, label=axis_label(name, output.unit))
+            figure.colorbar(axes.images[0], ax=axes, label=axis_label(one.title, one.output.unit))
             axes.set_title(title)
             if k == 0:
                 axes.set_ylabel(_input_label(found, 1))
     return figure
-
-
-def _named(found: Landscape, column: int) -> str:
-    one = found.model.columns[column]
-    return one.label if len(found.model.outputs) > 1 else f"{one.output.name} at {one.label}"
 
 
 def _symmetric(sheet: FloatArray) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from kneecore.figures.columns import grid_of
 from kneecore.figures.style import (
     COLOURS,
     LABELS,
@@ -13,7 +14,6 @@ from kneecore.figures.style import (
     SURROGATE,
     axis_label,
     curve,
-    grid_of,
     output_slices,
 )
 from kneecore.inputs import Output

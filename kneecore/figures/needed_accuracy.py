@@ -4,7 +4,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kneecore.figures.style import COLOURS, STYLE, column_label, size_label
+from kneecore.figures.columns import column_label, size_label
+from kneecore.figures.style import COLOURS, STYLE
 from kneecore.knee.model import Knee
 from kneecore.study.needed_accuracy import NeededAccuracy
 
@@ -39,6 +40,8 @@ def mark_answer(axes: Axes, need: NeededAccuracy) -> None:
         return
     at = (need.size, need.settings.within)
     axes.axhline(need.settings.within, color="0.5", linewidth=0.8)
+    if need.reaches_largest and not isinstance(need.model, Knee):
+        return
     axes.plot(*at, "D", color="k", zorder=4, markersize=5)
     axes.annotate(
         _answer(need),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kneecore.figures.evidence import convergence_figure, repair_figure
 from kneecore.figures.knee_pair import ap_position, ligament_forces, moment_angle
-from kneecore.figures.style import COLOURS, LABELS, REST_DEG, STYLE, axis_label, output_slices
+from kneecore.figures.style import COLOURS, LABELS, REST_DEG, STYLE, axis_label, lay_axis, output_slices
 from kneecore.inputs import Output
 from kneecore.knee.model import Knee
 from kneecore.model import Shape
@@ -18,6 +18,7 @@ __all__ = ["FIGURE_FILES", "draw"]
 
 FloatArray = NDArray[np.float64]
 
+_MOST_OUTPUTS = 24
 _OUTPUTS, _PICTURE = "figure_1_outputs", "figure_2_picture"
 _KNEE = {
     "figure_1_moment_angle": moment_angle,
@@ -45,10 +46,12 @@ def draw(result: SearchResult) -> dict[str, Figure]:
             drawn |= {name: figure(result) for name, figure in _KNEE.items()}
             title = f"Geometry in the load-free pose ({REST_DEG:.2f} deg)"
             drawn[_GEOMETRY] = _picture(result, title, ("anterior", "proximal"))
+            drawn[_GEOMETRY].axes[0].legend(loc="lower right")
         else:
             drawn[_OUTPUTS] = _outputs(result)
             if result.model.has_picture:
                 drawn[_PICTURE] = _picture(result, result.model.name, ("x", "y"))
+                drawn[_PICTURE].legend(loc="outside lower center", ncols=len(MODELS))
     if result.repair is not None:
         drawn[_REPAIR] = repair_figure(result.repair, result.model)
     if result.methods:
@@ -58,20 +61,38 @@ def draw(result: SearchResult) -> dict[str, Figure]:
 
 def _outputs(result: SearchResult) -> Figure:
     """Draw each output of the three models: a curve over its axis, or a bar."""
-    slices = output_slices(result.model)
-    n_columns = min(len(slices), 2)
+    slices = _shown_outputs(result)
+    few = len(slices) <= 4
+    n_columns = min(len(slices), 2 if few else 4)
     n_rows = -(-len(slices) // n_columns)
-    figure = Figure(figsize=(6.0 * n_columns, 4.2 * n_rows), layout="constrained")
+    width, height = (6.0, 4.2) if few else (4.0, 3.0)
+    figure = Figure(figsize=(width * n_columns, height * n_rows), layout="constrained")
     grid = np.atleast_1d(figure.subplots(n_rows, n_columns)).ravel()
     for axes, (output, columns) in zip(grid, slices, strict=False):
         if output.axis is None:
             _bars(axes, result, output, columns)
         else:
             _curves(axes, result, output, columns)
+        axes.ticklabel_format(axis="y", useOffset=False)
     for axes in grid[len(slices) :]:
         axes.set_axis_off()
-    grid[0].legend()
+    # Bars have their names on the axis, curves have them here.
+    curves = [k for k, (output, _) in enumerate(slices) if output.axis is not None]
+    if curves:
+        handles, labels = grid[curves[0]].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return figure
+
+
+def _shown_outputs(result: SearchResult) -> list[tuple[Output, slice]]:
+    """Return the outputs to draw: all, or of very many those that make most of f."""
+    slices = output_slices(result.model)
+    if len(slices) <= _MOST_OUTPUTS:
+        return slices
+    weights = result.model.weights(result.settings.objective, result.settings.weights)
+    parts = np.nan_to_num(weights * np.abs(result.y[0] - result.y[1]))
+    largest = np.argsort([-parts[columns].sum() for _, columns in slices], kind="stable")
+    return [slices[k] for k in sorted(largest[:_MOST_OUTPUTS])]
 
 
 def _values(result: SearchResult, columns: slice) -> list[tuple[str, FloatArray]]:
@@ -96,7 +117,7 @@ def _curves(axes: Axes, result: SearchResult, output: Output, columns: slice) ->
             label=LABELS[name],
             zorder=3,
         )
-    axes.set_xlabel(axis_label(output.axis_name or "axis", output.axis_unit))
+    lay_axis(axes, output)
     axes.set_ylabel(axis_label(output.name, output.unit))
 
 
@@ -105,14 +126,13 @@ def _bars(axes: Axes, result: SearchResult, output: Output, columns: slice) -> N
     if result.training_y is not None:
         y = result.training_y[:, columns].ravel()
         spread = np.linspace(-0.3, 0.3, len(y))
-        axes.plot(spread, y, ".", color="0.6", markersize=3, label="training samples", zorder=1)
+        axes.plot(spread, y, ".", color="0.6", markersize=3, zorder=1)
     for k, (name, value) in enumerate(_values(result, columns), start=1):
         axes.plot(
             [k - 0.35, k + 0.35],
             [value[0], value[0]],
             color=COLOURS[name],
             linewidth=3.0,
-            label=LABELS[name],
         )
     axes.set_xticks(range(4), ["training", *(LABELS[name] for name in MODELS)])
     axes.grid(axis="x", visible=False)
@@ -132,7 +152,6 @@ def _picture(result: SearchResult, title: str, directions: tuple[str, str]) -> F
     axes.set_xlabel(axis_label(directions[0], unit))
     axes.set_ylabel(axis_label(directions[1], unit))
     axes.set_title(title)
-    axes.legend(loc="lower right")
     return figure
 
 

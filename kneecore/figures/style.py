@@ -29,12 +29,10 @@ __all__ = [
     "along",
     "angle_axes",
     "axis_label",
-    "column_label",
     "curve",
-    "grid_of",
+    "lay_axis",
     "output_slices",
     "render",
-    "size_label",
     "through_rest",
 ]
 
@@ -75,30 +73,14 @@ def axis_label(name: str, unit: str) -> str:
     return f"{name}, {unit}" if unit else name
 
 
-def column_label(model: Model, column: int) -> str:
-    """Return the axis label of one of a model's outputs."""
-    one = model.columns[column]
-    if isinstance(model, Knee):
-        return f"knee angle at {one.label}, deg (flexion > 0)"
-    name = f"{one.output.name} at {one.label}" if one.alone and one.at is not None else one.label
-    return axis_label(name, one.output.unit)
-
-
-def size_label(model: Model) -> str:
-    """Return the axis label of the size of a model's bounds."""
-    sign = "± " if isinstance(model, Knee) else ""
-    return axis_label(model.size_name, sign + model.size_unit if model.size_unit else "")
-
-
-def grid_of(n: int) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a place for each of `n` outputs, two side by side."""
-    n_columns = min(n, 2)
-    n_rows = -(-n // n_columns)
-    figure = Figure(figsize=(6.0 * n_columns, 4.2 * n_rows), layout="constrained")
-    grid = np.atleast_1d(figure.subplots(n_rows, n_columns)).ravel()
-    for axes in grid[n:]:
-        axes.set_axis_off()
-    return figure, list(grid[:n])
+def lay_axis(axes: Axes, output: Output) -> None:
+    """Label the horizontal axis as an output's, by decades where its steps are equal factors."""
+    axes.set_xlabel(axis_label(output.axis_name or "axis", output.axis_unit))
+    at = np.array(output.axis)
+    if len(at) > 2 and at.min() > 0.0 and at.max() > 3.0 * at.min():
+        factors = at[1:] / at[:-1]
+        if np.ptp(factors) < 1e-6 * abs(factors[0]):
+            axes.set_xscale("log")
 
 
 def through_rest(model: Model) -> float | None:

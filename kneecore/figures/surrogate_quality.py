@@ -5,13 +5,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kneecore.figures.columns import name_columns
 from kneecore.figures.style import STYLE, SURROGATE, axis_label
 from kneecore.study.surrogate_quality import SurrogateQuality
 
 __all__ = ["draw"]
-
-_MANY = 24
-"""Outputs; of more, only some are named."""
 
 
 def draw(quality: SurrogateQuality) -> dict[str, Figure]:
@@ -42,11 +40,8 @@ def _pairs(axes: Axes, quality: SurrogateQuality) -> None:
 def _explained(axes: Axes, quality: SurrogateQuality) -> None:
     model = quality.model
     order = list(model.order)
-    labels = [model.columns[k].label for k in order]
-    at, step = np.arange(len(order)), -(-len(order) // _MANY)
     share = 100.0 * np.maximum(np.nan_to_num(quality.explained[order]), 0.0)
-    axes.bar(at, share, color="#0072B2", width=0.7)
-    axes.set_xticks(at[::step], labels[::step], rotation=45 if len(order) > 3 else 0)
-    axes.grid(axis="x", visible=False)
+    axes.bar(range(len(order)), share, color="#0072B2", width=0.7)
+    name_columns(axes, model)
     axes.set_ylim(0.0, 100.0)
     axes.set_ylabel("variance explained, %")

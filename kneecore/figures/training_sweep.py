@@ -41,6 +41,7 @@ def draw(sweep: TrainingSweep) -> dict[str, Figure]:
         _spread(left, sweep.size, sweep.gap_percent, "gap at the best pair, %")
         left.axhline(0.0, color="0.5", linewidth=0.8)
         _spread(middle, sweep.size, sweep.rank_f, "rank correlation of f, new pairs")
+        middle.ticklabel_format(axis="y", useOffset=False)
         _spread(right, sweep.size, sweep.seconds, "sampling, fit and search, s")
         right.set_ylim(bottom=0.0)
         figure.suptitle(

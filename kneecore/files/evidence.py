@@ -1,10 +1,11 @@
 """What a search says about how good its result is, as JSON tables and back."""
 
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
 from kneecore.errors import FileFormatError
-from kneecore.files.model import number_or_none
+from kneecore.files.model import digits_of, number_or_none
 from kneecore.numbers import DIGITS, plain
 from kneecore.search.result import (
     METHOD_NAMES,
@@ -16,22 +17,29 @@ from kneecore.search.result import (
 )
 
 
-def optional(value: float | None) -> float | None:
-    """Return a number as files hold it; what is not finite is not known."""
-    return None if value is None or not isfinite(value) else round(value, DIGITS)
+def optional(value: float | None, digits: int | None = DIGITS) -> float | None:
+    """Return a number as files hold it, with `digits` decimals; what is not finite is not known.
+
+    None for `digits` keeps it whole.
+    """
+    if value is None or not isfinite(value):
+        return None
+    return value if digits is None else round(value, digits)
 
 
-def evidence_table(evidence: Evidence | None) -> dict[str, Any] | None:
+def evidence_table(evidence: Evidence | None, digits: int | None) -> dict[str, Any] | None:
     """Return an exact search's evidence as a table."""
     if evidence is None:
         return None
     return {
         "climbs": evidence.n_climbs,
         "share_reached": plain(evidence.share_reached),
-        "second_best": optional(evidence.second_best),
-        "objective_at_rest": optional(evidence.objective_proxy),
-        "objective_before_climb": optional(evidence.objective_before_climb),
-        "patterns": [{"signs": list(s), "objective": plain(f)} for s, f in evidence.patterns],
+        "second_best": optional(evidence.second_best, digits),
+        "objective_at_rest": optional(evidence.objective_proxy, digits),
+        "objective_before_climb": optional(evidence.objective_before_climb, digits),
+        "patterns": [
+            {"signs": list(s), "objective": plain(f, digits=digits)} for s, f in evidence.patterns
+        ],
         "models_with_gradient": evidence.n_evaluations,
         "models_lost": evidence.n_failed,
         "models_in_motion": evidence.n_models,
@@ -57,7 +65,7 @@ def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
     )
 
 
-def repair_table(repair: Repair | None) -> dict[str, Any] | None:
+def repair_table(repair: Repair | None, digits: int | None) -> dict[str, Any] | None:
     """Return the history of a repair as a table."""
     if repair is None:
         return None
@@ -70,9 +78,9 @@ def repair_table(repair: Repair | None) -> dict[str, Any] | None:
         "rounds": [
             {
                 "models_added": r.n_models,
-                "objective_surrogate": optional(r.objective_surrogate),
-                "objective_model": optional(r.objective_model),
-                "gap_percent": optional(r.gap_percent),
+                "objective_surrogate": optional(r.objective_surrogate, digits),
+                "objective_model": optional(r.objective_model, digits),
+                "gap_percent": optional(r.gap_percent, digits),
             }
             for r in repair.rounds
         ],
@@ -102,21 +110,26 @@ def read_repair(table: dict[str, Any] | None) -> Repair | None:
 
 def comparison_table(result: SearchResult) -> dict[str, Any] | None:
     """Return what all methods find, each with its shortfall from the best of all, or None."""
-    best = result.best_of_all
+    digits = digits_of(result.model)
+    best = optional(result.best_of_all, digits)
     if not result.methods or best is None:
         return None
+    # What is derived is derived from what the file holds: read again, it gives the same.
+    traces = [
+        replace(t, objective=tuple(plain(t.objective, digits=digits))) for t in result.methods
+    ]
     return {
-        "best": optional(best),
+        "best": best,
         "methods": {
             trace.method: {
                 "description": METHOD_NAMES[trace.method],
-                "promised": optional(trace.promised),
-                "objective_model": optional(trace.objective[-1] if trace.objective else None),
+                "promised": optional(trace.promised, digits),
+                "objective_model": trace.objective[-1] if trace.objective else None,
                 "shortfall_percent": optional(trace.shortfall_percent(best)),
                 "models": plain(trace.n_models),
-                "best_by_then": plain(trace.objective),
+                "best_by_then": list(trace.objective),
             }
-            for trace in result.methods
+            for trace in traces
         },
     }
 

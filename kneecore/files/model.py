@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import number
 from kneecore.errors import FileFormatError
 from kneecore.inputs import Input, Output
 from kneecore.knee.model import Knee
@@ -12,10 +13,12 @@ from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, NAMES
 from kneecore.knee.response import RestLength, Solver
 from kneecore.knee.space import ParameterSpace
 from kneecore.model import Model
+from kneecore.numbers import DIGITS
 
 __all__ = [
     "array",
     "baseline_table",
+    "digits_of",
     "model_table",
     "named",
     "number_or_none",
@@ -30,6 +33,14 @@ FloatArray = NDArray[np.float64]
 def named(names: tuple[str, ...], x: FloatArray) -> dict[str, float]:
     """Return the values of inputs by name."""
     return dict(zip(names, x.tolist(), strict=True))
+
+
+def digits_of(model: Model) -> int | None:
+    """Return the decimals that a model's numbers have in files; None keeps them whole.
+
+    A knee's units are such that ten decimals are plenty; nothing is known of another's.
+    """
+    return DIGITS if isinstance(model, Knee) else None
 
 
 def array(value: Any, shape: tuple[int, ...], where: str) -> FloatArray:
@@ -120,9 +131,11 @@ class _ReadModel(Model):
         )
         # Files that were written before these were told have the usual ones.
         self.watched = int(table.get("watched", self.watched))
-        self._size = float(table["size"])
+        self._size = number("size", table["size"])
         self.size_name = str(table.get("size_name", self.size_name))
         self.size_unit = str(table.get("size_unit", self.size_unit))
+        if self._size <= 0.0:
+            raise FileFormatError(f"`size` is {self._size:g}; a number above 0 is allowed")
         if not 0 <= self.watched < self.n_outputs:
             raise FileFormatError(
                 f"`watched` is {self.watched}; a number from 0 to {self.n_outputs - 1} is allowed"

@@ -20,7 +20,15 @@ from kneecore.files.evidence import (
     repair_table,
 )
 from kneecore.files.knee_pair import knee_curves, knee_part, read_knee_part
-from kneecore.files.model import array, model_table, named, number_or_none, read_model, read_vector
+from kneecore.files.model import (
+    array,
+    digits_of,
+    model_table,
+    named,
+    number_or_none,
+    read_model,
+    read_vector,
+)
 from kneecore.files.settings import read_settings, write_settings
 from kneecore.knee.bounds import needs_file
 from kneecore.knee.model import Knee
@@ -28,7 +36,7 @@ from kneecore.numbers import plain
 from kneecore.presented import Format
 from kneecore.report.command import command_line
 from kneecore.report.search import WORDS
-from kneecore.search.result import MODELS, SearchResult
+from kneecore.search.result import MODELS, SearchResult, gap_percent
 from kneecore.search.settings import SearchSettings
 
 SCHEMA = "kneecore.result/1"
@@ -38,20 +46,28 @@ _REPAIR = frozenset({"repair", "repair_gap_percent", "repair_models"})
 
 def to_dict(result: SearchResult) -> dict[str, Any]:
     """Return a result as JSON-ready values."""
+    digits = digits_of(result.model)
+    surrogate, model = (
+        optional(f, digits) for f in (result.objective_surrogate, result.objective_model)
+    )
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "summary": WORDS.summary(result),
-        "objective_surrogate": optional(result.objective_surrogate),
-        "objective_model": optional(result.objective_model),
-        "gap_percent": optional(result.gap_percent),
+        "objective_surrogate": surrogate,
+        "objective_model": model,
+        # From what the file holds: read again, it gives the same.
+        "gap_percent": optional(gap_percent(surrogate, model), digits),
         "stop_reason": result.stop_reason,
         "counts": dict(result.counts),
         "parameters": [named(result.model.names, x) for x in result.x],
         "at_bounds": _at_bounds(result),
-        "evidence": evidence_table(result.evidence),
-        "repair": repair_table(result.repair),
+        "evidence": evidence_table(result.evidence, digits),
+        "repair": repair_table(result.repair, digits),
         "comparison": comparison_table(result),
-        "search": {"run_values": plain(result.run_values), "history": plain(result.history)},
+        "search": {
+            "run_values": plain(result.run_values, digits=digits),
+            "history": plain(result.history, digits=digits),
+        },
         "command": command_line(result),
         "versions": dict(result.versions),
         "seconds": {k: round(v, 6) for k, v in result.seconds.items()},
@@ -82,16 +98,16 @@ def _model_part(result: SearchResult) -> dict[str, Any]:
         training = {
             "n_samples": len(result.training_x),
             "n_failed": int(np.count_nonzero(failed)),
-            "loo_rms": optional(result.loo_rms),
+            "loo_rms": optional(result.loo_rms, None),
             "parameters": result.training_x.tolist(),
-            "y": plain(result.training_y),
+            "y": plain(result.training_y, digits=None),
         }
     return {
         "model": model_table(result.model),
-        "y": {name: plain(y) for name, y in curves.items()},
+        "y": {name: plain(y, digits=None) for name, y in curves.items()},
         "predicted_y": None
         if predicted is None
-        else {name: plain(y) for name, y in zip(MODELS[1:], predicted, strict=True)},
+        else {name: plain(y, digits=None) for name, y in zip(MODELS[1:], predicted, strict=True)},
         "training": training,
     }
 
@@ -104,6 +120,8 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
     if repair is not None:
         known |= {"repair_gap_percent": repair.goal_percent, "repair_models": repair.max_models}
     search = document["search"]
+    number_or_none(document, "gap_percent")  # no number is kept of it, but damage is told
+    counted = [f"models_{name}" for name in ("simulated", *own["model"].count_names)]
     return SearchResult(
         settings=read_settings(SearchSettings, document, **known),
         objective_surrogate=number_or_none(document, "objective_surrogate"),
@@ -111,7 +129,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         run_values=tuple(array(search["run_values"], (-1,), "run_values").tolist()),
         history=array(search["history"], (-1,), "history"),
         stop_reason=str(document["stop_reason"]),
-        counts={k: int(v) for k, v in document["counts"].items()},
+        counts={k: int(document["counts"][k]) for k in ("pairs_evaluated", *counted)},
         seconds={k: float(v) for k, v in document["seconds"].items()},
         threads=int(document["threads"]),
         versions={k: str(v) for k, v in document["versions"].items()},
@@ -155,7 +173,7 @@ def curves_csv(result: SearchResult) -> str:
         return buffer.getvalue()
     writer.writerow(["model", "output", "axis", "axis_unit", "value", "unit"])
     for name, y in zip(MODELS, (result.y_nominal, *result.y), strict=True):
-        for column, value in zip(result.model.columns, plain(y), strict=True):
+        for column, value in zip(result.model.columns, plain(y, digits=None), strict=True):
             output = column.output
             writer.writerow([name, output.name, column.at, output.axis_unit, value, output.unit])
     return buffer.getvalue()

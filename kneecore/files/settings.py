@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any, TypeVar
 
+from kneecore.errors import FileFormatError, ParameterError
 from kneecore.options import options_of
 
 __all__ = ["read_settings", "write_settings"]
@@ -42,6 +43,11 @@ def read_settings(kind: type[_Settings], document: dict[str, Any], **known: Any)
 
     An option that was not yet there when the file was written has its default; `known` ones are
     not looked for.
+
+    Raises
+    ------
+    FileFormatError
+        If a value is not allowed; the message names it as the file does.
     """
     values = dict(known)
     for one in options_of(kind):
@@ -56,4 +62,10 @@ def read_settings(kind: type[_Settings], document: dict[str, Any], **known: Any)
         elif isinstance(value, list):
             value = tuple(value)
         values[one.name] = value
-    return kind(**values)
+    try:
+        return kind(**values)
+    except ParameterError as error:
+        told = str(error)
+    for one in options_of(kind):
+        told = told.replace(f"`{one.name}`", f"`{'.'.join(one.place)}`")
+    raise FileFormatError(told)

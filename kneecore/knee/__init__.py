@@ -38,7 +38,9 @@ Equilibrium
     the last one leads to; where none is left to lead to, the load is reported (``lost_at``) and the
     motion's response taken.
 Status
-    A run that turns non-finite, turns by 150 deg or more from theta_0, or has more than 5 mJ of
-    kinetic energy at the end of a load is repeated with the time step halved, up to three times:
-    ``refined``, or ``failed`` if that was not enough.
+    A run is wild if it turns non-finite or by 150 deg or more from theta_0, hot if it has more than
+    5 mJ of kinetic energy at the end of a load. Such a run is repeated with the time step halved,
+    up to three times: ``refined``, or ``failed``. It is accepted once it is neither; or hot, if it
+    agrees with the run before it within 0.2 deg at every load, neither is wild, and its hot loads
+    are settled: then the knee rings, not the integration. Wild twice in a row, it has dislocated.
 """

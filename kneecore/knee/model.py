@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import choice
-from kneecore._threads import thread_count
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient
@@ -116,7 +115,6 @@ class Knee(Model):
         self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
-        thread_count(threads)
         super().__init__(
             None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
         )
@@ -188,6 +186,8 @@ class Knee(Model):
         values = np.asarray(x)
         numbers = values.ndim > 0 and values.dtype.kind in "iuf"
         if numbers and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+            if values[..., len(self.inputs) :].any():  # rest lengths are changed, but held
+                return np.array(values, dtype=np.float64)
             return widened(values, len(self.inputs))
         return super()._points(argument, x)
 

@@ -8,15 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._arguments import whole_number
 from kneecore.errors import ModelError, ParameterError
 from kneecore.knee.parameters import check_physical
-from kneecore.knee.physics.dynamics import (
-    MAX_REFINEMENTS,
-    MOMENTS,
-    PLATEAU_STEPS,
-    TIME_STEP,
-    flexion_of,
-    integrate,
-    respond,
-)
+from kneecore.knee.physics.dynamics import MOMENTS, PLATEAU_STEPS, flexion_of, respond_by_run
+from kneecore.knee.physics.lanes import TIME_STEP, integrate
 from kneecore.knee.physics.observe import observe
 from kneecore.knee.physics.pose import START_X, START_Y
 from kneecore.knee.response import RestLength, prepare
@@ -83,12 +76,16 @@ def trajectory(
     if checked.ndim != 1:
         raise ParameterError(f"`x` has shape {checked.shape}; (28,) or (32,) is allowed")
     rows = prepare(checked, baseline, rest_length, "x")
-    refinements = int(respond(rows)[2][0])
-    if refinements < 0:
-        raise ModelError(f"the model fails with the time step halved {MAX_REFINEMENTS} times")
+    halvings = respond_by_run(rows)[2][0]
+    if halvings.min() < 0:
+        raise ModelError("the model fails: it dislocates, or rings however small the time step")
     sizes = np.repeat(np.array(MOMENTS), np.array(PLATEAU_STEPS) // frame_steps)
     steps = np.full(len(sizes), frame_steps)
-    states, _ = integrate(rows, np.arange(2), steps, sizes, refinements=refinements)
+    states = np.empty((2, len(steps), 6))
+    # Each run with its own time step, so that it ends bit by bit where the response is read.
+    for refinements in np.unique(halvings):
+        runs = np.flatnonzero(halvings == refinements)
+        states[runs], _ = integrate(rows, runs, steps, sizes, refinements=int(refinements))
     start = np.broadcast_to([rows[0, START_X], rows[0, START_Y], 0.0], (2, 1, 3))
     poses = np.concatenate([start, states[:, :, :3]], axis=1)
     moment = np.concatenate([[0.0], sizes])

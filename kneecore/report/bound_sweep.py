@@ -33,14 +33,14 @@ def how_searched(*, in_model: bool) -> str:
 
 
 def summary(sweep: BoundSweep) -> str:
-    """Return how f grows, in one sentence."""
+    """Return how f changes with the size, in one sentence."""
     model = sweep.model
     first, last = (objective_text(model, v) for v in (sweep.objective[0], sweep.objective[-1]))
     if len(sweep.size) == 1:
-        return f"With a {model.size_name} of {_size(sweep, 0)} f of the worst pair is {first}."
+        return f"f of the worst pair is {first} where the {model.size_name} is {_size(sweep, 0)}."
     return (
-        f"With a {model.size_name} of {_size(sweep, 0)} f of the worst pair is {first}, with "
-        f"{_size(sweep, -1)} {last}."
+        f"f of the worst pair goes from {first} to {last} while the {model.size_name} goes from "
+        f"{_size(sweep, 0)} to {_size(sweep, -1)}."
     )
 
 

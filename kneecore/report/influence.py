@@ -23,8 +23,8 @@ _COUNT = 10
 
 def _subject(model: Model, column: int) -> tuple[str, str]:
     """Return where an output is looked at, and what it is called there."""
-    name = model.columns[column].label
-    return (f"At {name} ", "the angle") if isinstance(model, Knee) else ("", name)
+    one = model.columns[column]
+    return (f"At {one.label} ", "the angle") if isinstance(model, Knee) else ("", one.title)
 
 
 def answer(
@@ -67,14 +67,14 @@ def _index(values: FloatArray, interval: FloatArray | None, column: int, k: int)
 
 def _largest(found: InfluenceResult, column: int) -> Table:
     """Return the largest indices in one output."""
-    name, used = found.model.columns[column].label, found.indices
-    where = "at" if isinstance(found.model, Knee) else "of"
+    one, used = found.model.columns[column], found.indices
+    where = f"at {one.label}" if isinstance(found.model, Knee) else f"of {one.title}"
     interval = "" if used.total_order_interval is None else " (95 % interval)"
-    rows = table(f"Sobol' indices {where} {name}{interval}", "parameter", "first order", "total")
-    for one in found.deciding(column, _COUNT):
-        k = found.names.index(one)
+    rows = table(f"Sobol' indices {where}{interval}", "parameter", "first order", "total")
+    for name in found.deciding(column, _COUNT):
+        k = found.names.index(name)
         rows.add_row(
-            one,
+            name,
             _index(used.first_order, used.first_order_interval, column, k),
             _index(used.total_order, used.total_order_interval, column, k),
         )

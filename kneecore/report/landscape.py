@@ -27,14 +27,9 @@ def summary(found: Landscape) -> str:
     low, high = (shown(model, v) for v in _ends(found, model.watched))
     one, two = found.names
     return (
-        f"Over {one} and {two} {column.output.name if column.at is not None else column.label} "
-        f"goes from {low} to {with_unit(high, column.output.unit)}"
-        f"{'' if column.at is None else f' at {_place(column.at, column.output.axis_unit)}'}."
+        f"Over {one} and {two} {column.title} goes from {low} to "
+        f"{with_unit(high, column.output.unit)}."
     )
-
-
-def _place(at: float, unit: str) -> str:
-    return with_unit(f"{at:g}", unit)
 
 
 def _rows(found: Landscape) -> Table:

@@ -25,11 +25,10 @@ def summary(study: MonteCarloResult) -> str:
         shown(model, v[k])
         for v in (study.y.mean, study.y.percentile_lower, study.y.percentile_upper)
     )
-    what = f"{column.output.name} at {column.label}" if isinstance(model, Knee) else column.label
     unit = column.output.unit
     return (
-        f"{what}: {with_unit(mean, unit)} on average; 99.7 % of the samples lie from {low} to "
-        f"{with_unit(high, unit)}."
+        f"{column.title}: {with_unit(mean, unit)} on average; 99.7 % of the samples lie from {low} "
+        f"to {with_unit(high, unit)}."
     )
 
 

@@ -41,7 +41,7 @@ def _value(need: NeededAccuracy, value: float) -> str:
 
 def _answer(need: NeededAccuracy) -> str:
     model = need.model
-    name = model.columns[need.column].label
+    name = model.columns[need.column].title
     assert need.settings.within is not None
     goal = f"{name} is at most {_value(need, need.settings.within)}"
     reached = _value(need, need.largest_value)
@@ -50,14 +50,14 @@ def _answer(need: NeededAccuracy) -> str:
     size = with_unit(f"{need.size:.4g}", model.size_unit)
     if need.reaches_largest:
         return (
-            f"{goal} even with a {model.size_name} of {size}, the widest that was looked at: it "
+            f"{goal} even where the {model.size_name} is {size}, the widest that was looked at: it "
             f"reaches {reached}."
         )
     assert need.beyond is not None
     assert need.beyond_value is not None
     beyond = with_unit(f"{need.beyond:.4g}", model.size_unit)
     return (
-        f"{goal} with a {model.size_name} of {size}; with {beyond} it reaches "
+        f"{goal} where the {model.size_name} is {size}; at {beyond} it reaches "
         f"{_value(need, need.beyond_value)}."
     )
 

@@ -26,7 +26,7 @@ def label(model: Model, column: int) -> str:
     if isinstance(model, Knee):
         return f"{MOMENT[column]:+g}"
     one = model.columns[column]
-    return with_unit(f"{one.label},", one.output.unit).rstrip(",")
+    return with_unit(f"{one.title},", one.output.unit).rstrip(",")
 
 
 def shown(model: Model, value: float, digits: int = 2) -> str:

@@ -54,8 +54,8 @@ def _footer(quality: SurrogateQuality) -> str:
         f"{quality.settings.training_samples} runs to learn from, {quality.n_failed} failed; "
         f"{quality.n_test} new points. Errors: root mean squares; leave-one-out: at the runs "
         "themselves, each by the others. Rank: Spearman's correlation of surrogate and true model. "
-        f"Of outputs only the ends of the range make a worst case; what is right on average can "
-        f"be wrong there.\nSeed {quality.settings.seed}{solver(quality.model)}. Seconds: "
+        f"A worst case lies at the ends of the range: a surrogate that is right on average can be "
+        f"wrong there.\nSeed {quality.settings.seed}{solver(quality.model)}. Seconds: "
         f"{seconds}.\n{origin(quality.model)}"
     )
 

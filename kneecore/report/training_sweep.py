@@ -64,7 +64,7 @@ def _rows(sweep: TrainingSweep) -> Table:
 
 
 def _footer(sweep: TrainingSweep) -> str:
-    models, at_worst, each = "models", "outputs, of the worst ranked", "outputs"
+    models, at_worst, each = "models", "output that is ranked worst", "outputs"
     if isinstance(sweep.model, Knee):
         models, at_worst, each = "knees", "angles at the worst load", "angles"
     return (

@@ -19,8 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from kneecore._arguments import callback_or_none
 from kneecore.model import Model
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import checked
 from kneecore.search.result import MethodTrace, SearchResult
 from kneecore.search.settings import SearchSettings
 from kneecore.search.worst_case import worst_case
@@ -181,7 +183,8 @@ def compare_methods(
     ParameterError, ModelError
         As for `worst_case`.
     """
-    return tuple(t.trace for t in _run_all(model, settings or SearchSettings(), callback))
+    settings = checked(model, settings, callback)
+    return tuple(t.trace for t in _run_all(model, settings, callback))
 
 
 def with_methods(result: SearchResult, callback: Callback | None = None) -> SearchResult:
@@ -192,6 +195,7 @@ def with_methods(result: SearchResult, callback: Callback | None = None) -> Sear
     Cancelled, ParameterError, ModelError
         As for `compare_methods`.
     """
+    callback_or_none(callback)
     found = _run_all(result.model, result.settings, callback)
     seconds = {
         f"compare_{t.trace.method}": sum(v for k, v in t.result.seconds.items() if k != "compile")

@@ -87,7 +87,7 @@ class SearchSettings:
         usual = {o.name: o.default for o in options_of(type(self))}
         for name in names:
             if getattr(self, name) != usual[name]:
-                raise ParameterError(f"`{name}` is {getattr(self, name)!r}; {why}")
+                raise ParameterError(f"`{name}` is {shown(getattr(self, name))}; {why}")
 
     def _check_method(self) -> None:
         """Raise if there are options that are another method's."""
@@ -104,11 +104,12 @@ class SearchSettings:
             raise ParameterError(
                 f"`repair_gap_percent` is {gap:g}; a number above 0 and below 100 is allowed"
             )
-        object.__setattr__(self, "repair_gap_percent", gap)
         if not self.repair:
             self._refuse_others_than_usual(
                 ("repair_gap_percent", "repair_models"), "it needs `repair`"
             )
+        object.__setattr__(self, "repair_gap_percent", gap)
+        if not self.repair:
             return
         if self.repair_models < 2:
             raise ParameterError(

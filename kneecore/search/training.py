@@ -20,6 +20,7 @@ from kneecore.model import Model
 from kneecore.numerics.sampling import uniform
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import checked
 from kneecore.search.settings import SearchSettings
 from kneecore.unit_model import UnitModel
 
@@ -152,5 +153,5 @@ def fit_surrogate(
     ParameterError, ModelError
         If there are too few samples, or too many of them failed.
     """
-    settings = SearchSettings(training_samples=n_samples, seed=seed)
+    settings = checked(model, SearchSettings(training_samples=n_samples, seed=seed), callback)
     return TrainedSurrogate(model=model, training=train(UnitModel(model), settings, callback))

@@ -6,6 +6,7 @@ from kneecore.model import Model
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.arguments import checked
 from kneecore.search.settings import SearchSettings
 
 __all__ = ["warm_up"]
@@ -20,7 +21,7 @@ def warm_up(model: Model, settings: SearchSettings | None = None) -> None:
     settings : SearchSettings, optional
         Of the search whose kernels are wanted; the default search's for None.
     """
-    settings = (settings or SearchSettings()).of(model)
+    settings = checked(model, settings).of(model)
     exact = settings.method == "exact"
     model.warm_up(gradient=exact and settings.search_space == "model")
     if settings.search_space == "surrogate":

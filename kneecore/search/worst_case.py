@@ -27,12 +27,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._arguments import callback_or_none, shown
 from kneecore._threads import thread_count
 from kneecore._version import versions
-from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import checked
 from kneecore.search.exact_search import exact_in_model, exact_in_surrogate
 from kneecore.search.genetic_search import find_pair
 from kneecore.search.problem import Outcome, Problem
@@ -57,15 +56,6 @@ def find(problem: Problem) -> Outcome:
     return (
         exact_in_model(problem) if settings.search_space == "model" else exact_in_surrogate(problem)
     )
-
-
-def check_model(model: Any) -> Model:
-    """Return `model`, or raise a `ParameterError` that tells what is allowed."""
-    if not isinstance(model, Model):
-        raise ParameterError(
-            f"`model` is {shown(model)}; a kneecore.Model is allowed, such as kneecore.Knee(space)"
-        )
-    return model
 
 
 def worst_case(
@@ -98,13 +88,7 @@ def worst_case(
     Cancelled
         If the callback cancelled before the search had begun.
     """
-    check_model(model)
-    if not isinstance(settings, SearchSettings | None):
-        raise ParameterError(
-            f"`settings` is {shown(settings)}; kneecore.SearchSettings are allowed"
-        )
-    callback_or_none(callback)
-    settings = (settings or SearchSettings()).of(model)
+    settings = checked(model, settings, callback).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
     if callback is not None and callback(Progress(stage="compile", done=0, total=1)):

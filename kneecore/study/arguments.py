@@ -4,7 +4,7 @@ from typing import Any, TypeVar
 
 from kneecore.errors import ParameterError
 from kneecore.progress import Callback, Cancelled, Progress
-from kneecore.search.worst_case import check_model
+from kneecore.search.arguments import check_model
 
 __all__ = ["Steps", "check_callback", "checked_settings"]
 

@@ -23,8 +23,8 @@ from kneecore.model import Model
 from kneecore.numerics.sampling import check_count
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
-from kneecore.search.worst_case import check_model
 from kneecore.study.arguments import check_callback
 
 __all__ = ["Landscape", "landscape"]
@@ -81,20 +81,6 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     return model.names.index(names[0]), model.names.index(names[1])
 
 
-def _centre(x: ArrayLike | None, model: Model) -> FloatArray:
-    """Return the point around which the slice is laid."""
-    if x is None:
-        return np.array(model.nominal)
-    model.to_free_unit(x)  # refuses what is no point of the model
-    centre = np.array(x, dtype=np.float64)
-    if centre.ndim != 1 or not np.isfinite(centre).all():
-        raise ParameterError(
-            f"`x` has shape {centre.shape}; one point of {len(model.inputs)} finite numbers is "
-            "allowed"
-        )
-    return centre
-
-
 def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
     """Run a model for points (n, d), with a report after every few."""
     parts = []
@@ -142,7 +128,7 @@ def landscape(
     check_model(model)
     check_callback(callback)
     first, second = _places(names, model)
-    centre = _centre(x, model)
+    centre = model.point(model.nominal if x is None else x)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):

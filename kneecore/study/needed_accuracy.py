@@ -79,7 +79,7 @@ def _settled(model: Model, given: NeededAccuracySettings) -> NeededAccuracySetti
     if within is None:
         raise ParameterError(
             "`within` is None; the largest value of "
-            f"{model.columns[model.watched].label!r} that is good enough is needed, such as "
+            f"{model.columns[model.watched].title!r} that is good enough is needed, such as "
             "NeededAccuracySettings(within=5)"
         )
     largest = float(max(model.sizes)) if given.largest is None else given.largest

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kneecore._arguments import number
 from kneecore.errors import ParameterError
-from kneecore.inputs import number
 from kneecore.numerics.sampling import Sampling, check_count, check_seed
 from kneecore.options import check_choices, option
 

@@ -1,17 +1,23 @@
 """What goes out as files and what comes in: bytes to objects and back, no widgets."""
 
 import io
+import json
 import tempfile
 import zipfile
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from kneecore import FileFormatError, Knee
+import kneecore
+from kneecore import FileFormatError, KneeFile, MonteCarloResult, SearchResult
+from kneecore.files.study import Study
 from kneecore.knee.file import parse_knee
-from kneecore.search.result import SearchResult
+from kneeviz.state import results
+from kneeviz.state.study import StudyState
 
 
-def read_upload(name: str, content: bytes) -> Knee | SearchResult:
+def read_upload(name: str, content: bytes) -> KneeFile | SearchResult:
     """Return the knee (TOML) or the result (JSON) in an uploaded file.
 
     The content decides, not the name, which comes from outside.
@@ -52,10 +58,48 @@ def everything(result: SearchResult) -> bytes:
 
 def result_files(result: SearchResult, name: str) -> bytes:
     """Return the content of a download of a result: `result.json`, `curves.csv` or `result.zip`."""
-    makers: dict[str, Any] = {
+    makers: dict[str, Callable[[], bytes]] = {
         "result.json": lambda: result.to_json().encode(),
         "curves.csv": lambda: result.curves_csv().encode(),
         "result.zip": lambda: everything(result),
     }
-    content: bytes = makers[name]()
-    return content
+    return makers[name]()
+
+
+def study_file(study: StudyState, result: SearchResult | None, name: str) -> bytes | None:
+    """Return the content of a download as the command line writes it, or None."""
+    if name == "uncertainty.json":
+        return None if study.sampled is None else _uncertainty(study, study.sampled, result)
+    if name.startswith("paper"):
+        if study.paper is None:
+            return None
+        return study.paper.page if name == "paper.html" else study.paper.everything
+    if study.influence is None:
+        return None
+    if name == "influence.csv":
+        return study.influence.to_csv().encode()
+    return _json(study.influence.to_dict())
+
+
+def _uncertainty(
+    study: StudyState, sampled: MonteCarloResult, result: SearchResult | None
+) -> bytes:
+    """Return samples, and what belongs to the same bounds: influence and the worst case's place."""
+    written = Study(sampled=sampled)
+    if study.influence is not None and results.same_bounds(study.influence, sampled):
+        written.influence = study.influence
+    if result is not None and _comparable(result, sampled):
+        if study.held_against is not result:  # its place among the samples was not counted
+            sampled = replace(sampled, below=None)
+        written.worst = result
+        written.comparison = kneecore.compare_with_sampling(result, sampled)
+    return _json(written.to_dict())
+
+
+def _comparable(result: SearchResult, sampled: MonteCarloResult) -> bool:
+    same_solver = results.solver(result) == results.solver(sampled)
+    return same_solver and results.same_bounds(result, sampled)
+
+
+def _json(content: Any) -> bytes:
+    return (json.dumps(content, allow_nan=False) + "\n").encode()

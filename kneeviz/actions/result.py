@@ -1,65 +1,63 @@
-"""How a session shows what a search found. Runs on its worker."""
+"""How a page shows what a search found. Runs on the session's worker."""
 
-from typing import TYPE_CHECKING, Any
-
-from kneeviz.state.knee import PRESETS
+from kneecore import SearchResult
+from kneeviz.page.page import Page
+from kneeviz.state import results
+from kneeviz.state.presets import BASELINE, OWN_KNEE, PRESETS, RANDOM, WORST
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.tabs import controls
+from kneeviz.views.html.pieces import box, command_line, escape
+from kneeviz.views.html.result import (
+    bound_names,
+    differences,
+    evidence_line,
+    objective_line,
+    repair_line,
+)
 
-if TYPE_CHECKING:
-    from kneeviz.server.session import Session
 
-
-def take_result(session: "Session", result: Any, *, reveal: bool = True) -> None:
+def take_result(page: Page, result: SearchResult, *, reveal: bool = True) -> None:
     """Show a result's two knees and offer its files.
 
     With `reveal` the knees are shown even if the visitor had hidden those before.
     """
-    session.state.take_result(result)
-    tab, preset = session.view.search, session.view.knee.preset
+    page.state.take_result(result)
+    tab, preset = page.view.search, page.view.knee.preset
     tab.overlay.visible = tab.adopt.visible = True
-    options = (
-        controls.OWN_KNEE,
-        controls.BASELINE,
-        *controls.WORST,
-        *PRESETS,
-        controls.RANDOM,
-    )
+    options = (OWN_KNEE, BASELINE, *WORST, *PRESETS, RANDOM)
     if preset.options != options:
         chosen, preset.options = preset.value, options
         preset.value = chosen
-    for handle in session.view.files.result.values():
+    for handle in page.view.files.result.values():
         handle.disabled = False
     if reveal:
         tab.overlay.value = True
-        session.show_overlay(True)
-    session.touch()
-    session.forget_runs()
-    show_result(session)
+        page.show_overlay(True)
+    page.touched = True
+    page.motion.forget()
+    show_result(page)
 
 
-def show_result(session: "Session") -> None:
+def show_result(page: Page) -> None:
     """Write what the last search found, greyed if the bounds have changed since."""
-    result, view = session.state.result, session.view
+    result, view = page.state.result, page.view
     if result is None:
         return
-    session.shown_stale = stale = session.is_stale()
+    page.shown_stale = stale = page.is_stale
     style = "opacity:.45" if stale else ""
-    changed = "Bounds" if result.space.is_around_baseline else "Knee or bounds"
+    changed = "Bounds" if results.space(result).is_around_baseline else "Knee or bounds"
     note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
-    sentence = markup.escape(result.summary())
-    told = f"{note}<b>{sentence}</b><br>{markup.objective_line(result)}"
-    evidence = markup.repair_line(result) + markup.evidence_line(result)
-    view.search.found.content = markup.box(told + evidence, style=style)
+    sentence = escape(result.summary())
+    told = f"{note}<b>{sentence}</b><br>{objective_line(result)}"
+    evidence = repair_line(result) + evidence_line(result)
+    view.search.found.content = box(told + evidence, style=style)
     colours = theme.palette(view.dark)
-    command = "The same without a browser:" + markup.command_line(result.command())
-    view.search.table.content = markup.box(
-        markup.differences(result, colours)
-        + f'<div style="margin-top:5px">{markup.bound_names(result)}</div>'
+    command = "The same without a browser:" + command_line(result.command())
+    view.search.table.content = box(
+        differences(result, colours)
+        + f'<div style="margin-top:5px">{bound_names(result)}</div>'
         + f'<div style="margin-top:5px">{command}</div>',
         style=style,
     )
-    short = told + evidence if session.live.on else f"{note}{sentence}"
-    view.found.content = markup.box(short, style=style)
-    view.files.command.content = markup.box(command, style=style)
+    short = told + evidence if page.live.on else f"{note}{sentence}"
+    view.found.content = box(short, style=style)
+    view.files.command.content = box(command, style=style)

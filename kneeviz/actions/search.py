@@ -1,110 +1,111 @@
-"""What a session does to search. Runs on its worker."""
+"""The worst-case search. Runs on the session's worker."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
 
-from kneecore.knee.response import Solver
-from kneecore.search.settings import Method, SearchSpace
+from kneecore.search.settings import SearchSpace
 from kneeviz.actions.knee import choose_preset
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import take_result
-from kneeviz.jobs.search_job import SearchJob, SearchReport, SearchSettings
+from kneeviz.jobs import computations
+from kneeviz.jobs.computations import SearchOptions
+from kneeviz.jobs.job import Job, JobDone, JobProgress
+from kneeviz.jobs.messages import Asked
+from kneeviz.page.page import Page
+from kneeviz.state.presets import WORST
+from kneeviz.state.search import SearchState
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.tabs import controls
-
-if TYPE_CHECKING:
-    from kneeviz.server.session import Session
+from kneeviz.views.html.pieces import box, escape, number, sparkline
+from kneeviz.views.tabs.search import METHODS, SOLVERS, SearchTab
 
 
-def _search(session: "Session", value: Any, search_space: SearchSpace) -> None:
-    start_search(session, search_space, None if value is None else value.client_id)
+def _search(page: Page, value: Asked | None, search_space: SearchSpace) -> None:
+    start_search(page, search_space, None if value is None else value.client_id)
 
 
-def start_search(session: "Session", search_space: SearchSpace, client_id: int | None) -> None:
+def start_search(page: Page, search_space: SearchSpace, client_id: int | None) -> None:
     """Start a search, unless one is running."""
-    tab, state = session.view.search, session.state
     refused = None
-    if session.job is not None:
+    if page.search.job is not None:
         refused = "A search is running already; cancel it first."
-    elif not session.surrogate_ready:
+    elif not page.surrogate_ready:
         refused = "The model is still being prepared; try again in a moment."
     if refused is not None:
         if client_id is not None:
-            session.notices.tell(client_id, "Not now", refused)
+            page.notices.tell(client_id, "Not now", refused)
         return
-    settings = SearchSettings(
-        space=state.space,
-        rest_length=state.bounds.rest_length,
+    tab = page.view.search
+    work = computations.search(page.state.bounded, _options(tab, search_space))
+    set_live(page, False)
+    job = Job("search", work, page.post)
+    page.search = SearchState(job=job)
+    tab.set_running(True)
+    where = "stand-in" if search_space == "surrogate" else "true model"
+    page.say(f"Searching in the {where} …", "busy")
+    job.start()
+
+
+def _options(tab: SearchTab, search_space: SearchSpace) -> SearchOptions:
+    """Return what the visitor has set."""
+    return SearchOptions(
         search_space=search_space,
-        method=cast(Method, controls.METHODS[tab.method.value]),
+        method=METHODS[tab.method.value],
         repair=bool(tab.repair.value),
-        solver=cast(Solver, controls.SOLVERS[tab.solver.value]),
+        solver=SOLVERS[tab.solver.value],
         objective=tab.objective.value,
         pop_size=round(tab.pop_size.value),
         n_generations=round(tab.n_generations.value),
         seed=round(tab.seed.value),
     )
-    set_live(session, False)
-    session.job, session.rising = SearchJob(settings, session.post), []
-    tab.set_running(True)
-    where = "stand-in" if search_space == "surrogate" else "true model"
-    session.say(f"Searching in the {where} …", "busy")
-    session.job.start()
 
 
-def _progress(session: "Session", value: tuple[SearchJob, SearchReport]) -> None:
-    job, report = value
-    if job is not session.job:
+def _progress(page: Page, news: JobProgress) -> None:
+    if news.job is not page.search.job:
         return
-    tab = session.view.search
-    tab.progress.value = report.percent
-    if report.best_deg is not None:
-        session.rising.append(report.best_deg)
-        colour = theme.palette(session.view.dark).current
-        tab.rising.content = markup.box(
-            f"Best f so far: <b>{markup.number(report.best_deg, 0, '°')}</b>"
-            + markup.sparkline(session.rising, colour)
-        )
+    tab, rising = page.view.search, page.search.rising
+    tab.progress.value = news.percent if news.stage == "search" else 0.0
+    if news.best is not None:
+        rising.append(news.best)
+        colour = theme.palette(page.view.dark).current
+        best = f"Best f so far: <b>{number(news.best, 0, '°')}</b>"
+        tab.rising.content = box(best + sparkline(rising, colour))
 
 
-def _search_done(session: "Session", value: tuple[SearchJob, Any, str | None]) -> None:
-    job, result, why = value
-    if job is not session.job:
+def _done(page: Page, news: JobDone) -> None:
+    if news.job is not page.search.job:
         return
-    session.job = None
-    session.view.search.set_running(False)
-    if result is not None:
-        set_live(session, False)
-        take_result(session, result)
-        session.say("Done: model 1 is blue, model 2 orange.")
-    elif why is not None:
-        session.say(f"The search failed: {markup.escape(why)} What you had stands.", "bad")
+    page.search.job = None
+    page.view.search.set_running(False)
+    if news.result is not None:
+        set_live(page, False)
+        take_result(page, news.result)
+        page.say("Done: model 1 is blue, model 2 orange.")
+    elif news.why is not None:
+        page.say(f"The search failed: {escape(news.why)} What you had stands.", "bad")
     else:
-        session.say("The search was cancelled; what you had stands.")
+        page.say("The search was cancelled; what you had stands.")
 
 
-def _cancel(session: "Session", value: Any) -> None:
-    if session.job is not None:
-        session.job.cancel()
+def _cancel(page: Page, value: Asked | None) -> None:
+    if page.search.job is not None:
+        page.search.job.cancel()
     elif value is not None:
-        session.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
+        page.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
-def _method(session: "Session", value: Any) -> None:
-    tab = session.view.search
-    genetic = controls.METHODS[value.value] == "ga"
+def _method(page: Page, value: Asked) -> None:
+    tab = page.view.search
+    genetic = METHODS[value.value] == "ga"
     tab.pop_size.disabled = tab.n_generations.disabled = not genetic
 
 
-def _adopt(session: "Session", value: Any) -> None:
-    choose_preset(session, controls.WORST[0 if value.value == "Model 1" else 1])
+def _adopt(page: Page, value: Asked) -> None:
+    choose_preset(page, WORST[0 if value.value == "Model 1" else 1])
 
 
-DEEDS: dict[str, Callable[..., None]] = {
+ACTIONS: dict[str, Callable[..., None]] = {
     "search": _search,
-    "progress": _progress,
-    "search_done": _search_done,
+    "search_progress": _progress,
+    "search_done": _done,
     "cancel": _cancel,
     "adopt": _adopt,
     "method": _method,

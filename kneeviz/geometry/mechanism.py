@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import NAMES
-from kneeviz.views import theme
 
 FloatArray = NDArray[np.float64]
 
 _AT = {name: index for index, name in enumerate(NAMES)}
 TAUT_TENSION = 1.0
 """N; below it a ligament is drawn slack."""
-FULL_TENSION = 300.0
-"""N; at it a ligament has its full width."""
 ARROW_PER_NEWTON = 6e-5
 """m of the contact arrow for each newton."""
 LIGAMENT_DEPTH = (0.0, 0.0, -0.034, 0.034)
@@ -70,21 +67,6 @@ def ligament_segments(x: FloatArray, pose: Pose) -> FloatArray:
     """Return the four ligaments as segments in the femur frame, shape (4, 2, 2)."""
     femoral, tibial = ligament_ends(x)
     return np.stack([femoral, to_femur(tibial, pose.flexion, pose.tibia_position)], axis=1)
-
-
-def ligament_width(tension: float) -> float:
-    """Return a ligament's width in pixels: thin when slack, growing with tension when taut."""
-    if tension < TAUT_TENSION:
-        return 2.0
-    return float(3.5 + 6.0 * min(tension / FULL_TENSION, 1.5) ** 0.5)
-
-
-def ligament_colour(index: int, tension: float, slack: theme.RGB) -> theme.RGB:
-    """Return a ligament's colour: grey when slack, then quickly its own hue."""
-    hue = theme.rgb(theme.LIGAMENT_COLOURS[index])
-    if tension < TAUT_TENSION:
-        return slack
-    return theme.mix(slack, hue, 0.45 + 0.55 * min(tension / 60.0, 1.0))
 
 
 def plateau_frame(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -153,38 +135,3 @@ def contact_arrow(x: FloatArray, pose: Pose) -> FloatArray:
     _, _, normal = plateau_frame(x)
     push = -(rotation(pose.flexion) @ normal)
     return np.stack([head - max(pose.contact_force, 0.0) * ARROW_PER_NEWTON * push, head])
-
-
-def spread_labels(anchors: FloatArray, size: tuple[float, float], rounds: int = 60) -> FloatArray:
-    """Return places near `anchors` at which boxes of `size` do not overlap.
-
-    Parameters
-    ----------
-    anchors : ndarray, shape (n, 2)
-        Where the boxes' centres would like to be.
-    size : tuple of float
-        Width and height of a box, in the anchors' unit.
-    rounds : int
-        Most sweeps over all pairs.
-    """
-    placed = np.array(anchors, dtype=np.float64)
-    for _ in range(rounds):
-        moved = False
-        for i in range(len(placed)):
-            for j in range(i):
-                moved |= _push_apart(placed, i, j, size)
-        if not moved:
-            break
-    return placed
-
-
-def _push_apart(placed: FloatArray, i: int, j: int, size: tuple[float, float]) -> bool:
-    gap = placed[i] - placed[j]
-    overlap = np.array(size) - np.abs(gap)
-    if (overlap <= 1e-12).any():
-        return False
-    axis = int(np.argmin(overlap))  # the shorter way out
-    shift = 0.5 * overlap[axis] * (1.0 if gap[axis] >= 0.0 else -1.0)
-    placed[i, axis] += shift
-    placed[j, axis] -= shift
-    return True

@@ -1,49 +1,67 @@
-"""A long computation of the study on a thread of its own, which reports and can be told to stop."""
+"""A long computation on a thread of its own, which reports and can be told to stop."""
 
 import logging
 import threading
 import time
-from collections.abc import Callable, Hashable
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from kneecore import Cancelled, KneecoreError
+from kneecore import Cancelled, KneecoreError, Progress
+from kneeviz.jobs.messages import Post
 
 _LOG = logging.getLogger(__name__)
 _REPORT_SECONDS = 0.1
 
-Post = Callable[[Hashable, Any], None]
-Watch = Callable[[Any], bool]
+Watch = Callable[[Progress], bool]
 """Takes kneecore's `Progress`, returns whether to stop."""
 
 
-class StudyJob:
+class JobProgress(NamedTuple):
+    """How far a job is."""
+
+    job: "Job"
+    percent: float
+    """Of its stage."""
+    stage: str
+    best: float | None = None
+    """A search's best objective so far, deg."""
+
+
+class JobDone(NamedTuple):
+    """What a job ended with."""
+
+    job: "Job"
+    result: Any
+    """None if it failed or was cancelled."""
+    why: str | None
+    """What went wrong; None after a cancellation."""
+
+
+class Job:
     """Posts what it does, and its result.
 
-    While it runs "KEY_progress" with (job, per cent, stage), at its end "KEY_done" with (job,
-    result or None, why).
-
-    Without a result, `why` says what went wrong; it is None after a cancellation.
+    While it runs "KEY_progress" with a `JobProgress`, at its end "KEY_done" with a `JobDone`.
 
     Parameters
     ----------
-    kind : str
-        What is computed, for whoever takes the result.
+    key : str
+        What the messages' keys begin with: "search", "study" or "comparison".
     work : callable
         Does it, with a `Watch` to be called as often as may be.
     post : callable
         Takes the messages.
-    key : str
-        What their keys begin with.
+    kind : str
+        What is computed, for whoever takes the result.
     """
 
     def __init__(
-        self, kind: str, work: Callable[[Watch], Any], post: Post, key: str = "study"
+        self, key: str, work: Callable[[Watch], Any], post: Post, *, kind: str = ""
     ) -> None:
         self.kind, self._key = kind, key
         self._work, self._post = work, post
         self._cancelled = threading.Event()
         self._last_report = 0.0
-        self._thread = threading.Thread(target=self._run, name="study", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=key, daemon=True)
 
     def start(self) -> None:
         """Start the thread."""
@@ -53,12 +71,13 @@ class StudyJob:
         """Ask the work to stop; it does at its next report."""
         self._cancelled.set()
 
-    def _watch(self, progress: Any) -> bool:
+    def _watch(self, progress: Progress) -> bool:
         now = time.monotonic()
         if now - self._last_report >= _REPORT_SECONDS:
             self._last_report = now
-            share = progress.done / max(progress.total, 1)
-            self._post(f"{self._key}_progress", (self, 100.0 * min(share, 1.0), progress.stage))
+            percent = 100.0 * min(progress.done / max(progress.total, 1), 1.0)
+            report = JobProgress(self, percent, progress.stage, progress.best)
+            self._post(f"{self._key}_progress", report)
         return self._cancelled.is_set()
 
     def _run(self) -> None:
@@ -70,8 +89,8 @@ class StudyJob:
         except KneecoreError as error:
             why = str(error)
         except Exception as error:
-            _LOG.exception("the study failed")
+            _LOG.exception("the %s failed", self._key)
             why = f"{type(error).__name__}: {error}"
         if self._cancelled.is_set():
             result, why = None, None
-        self._post(f"{self._key}_done", (self, result, why))
+        self._post(f"{self._key}_done", JobDone(self, result, why))

@@ -2,11 +2,11 @@
 
 import logging
 import time
-from collections.abc import Callable, Hashable
-from typing import Any
+from typing import NamedTuple
 
 from kneecore import Cancelled, KneecoreError
-from kneeviz.jobs.live_worst_case import LiveSettings, find
+from kneeviz.jobs.live_worst_case import LiveAnswer, LiveSettings, find
+from kneeviz.jobs.messages import Post
 from kneeviz.jobs.worker import Actions, Worker
 
 _LOG = logging.getLogger(__name__)
@@ -15,14 +15,21 @@ PATIENCE = 0.25
 """s that a search may go on after a later request: quick ones end, so that a slider in motion has
 answers; slow ones give way to what the visitor wants now."""
 
-Post = Callable[[Hashable, Any], None]
+
+class LiveFound(NamedTuple):
+    """What the live search came to."""
+
+    settings: LiveSettings | None
+    """The request; None if nothing is wanted any more."""
+    answer: LiveAnswer | None
+    why: str | None
+    """What went wrong, if there is no answer."""
 
 
 class LiveSearch:
-    """Posts "live_found" with (settings, answer or None, why) for the latest request.
+    """Posts "live_found" with a `LiveFound` for the latest request.
 
-    Without an answer, `why` says what went wrong. A cancelled search posts nothing: a later one is
-    on its way.
+    A cancelled search posts nothing: a later one is on its way.
     """
 
     def __init__(self, post: Post) -> None:
@@ -39,7 +46,7 @@ class LiveSearch:
             self._worker.start()
         self._worker.mailbox.post("find", settings)
 
-    def is_latest(self, settings: LiveSettings) -> bool:
+    def is_latest(self, settings: LiveSettings | None) -> bool:
         """Tell whether nothing was asked after `settings`."""
         return settings is self._wanted
 
@@ -69,8 +76,9 @@ class LiveSearch:
             return
         except KneecoreError as error:
             why = str(error)
-        self._post("live_found", (settings, answer, why))
+        self._post("live_found", LiveFound(settings, answer, why))
 
     def _failed(self, error: Exception) -> None:
         _LOG.error("the live search failed: %s", error)
-        self._post("live_found", (self._wanted, None, f"{type(error).__name__}: {error}"))
+        why = f"{type(error).__name__}: {error}"
+        self._post("live_found", LiveFound(self._wanted, None, why))

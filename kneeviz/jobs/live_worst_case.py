@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import kneecore
-from kneecore import Cancelled, ParameterSpace, SearchResult
+from kneecore import Cancelled, MonteCarloResult, ParameterSpace, SearchResult
 from kneecore.knee.model import Objective
-from kneeviz.views.charts.curves import Band
 
 N_SAMPLES = 2000
 """Knees behind the band."""
@@ -34,9 +33,8 @@ class LiveAnswer:
 
     settings: LiveSettings
     result: SearchResult
-    band: Band
-    n_lost: int
-    """Sampled knees that have no equilibrium; they are not in the band."""
+    sampled: MonteCarloResult
+    """Knees at rest within the same bounds; those without an equilibrium are counted."""
 
 
 def find(settings: LiveSettings, stop: Callable[[], bool]) -> LiveAnswer:
@@ -76,10 +74,4 @@ def find(settings: LiveSettings, stop: Callable[[], bool]) -> LiveAnswer:
         rest_length=settings.rest_length,
         threads=1,
     )
-    left_out = f", {sampled.n_failed} without an equilibrium left out" if sampled.n_failed else ""
-    band = Band(
-        lower_deg=sampled.flexion_deg.percentile_lower,
-        upper_deg=sampled.flexion_deg.percentile_upper,
-        text=f"{sampled.n_samples:,} knees at rest around yours{left_out}",
-    )
-    return LiveAnswer(settings=settings, result=result, band=band, n_lost=sampled.n_lost)
+    return LiveAnswer(settings=settings, result=result, sampled=sampled)

@@ -2,13 +2,13 @@
 
 import io
 import zipfile
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import kneecore
 from kneecore import ParameterSpace
-from kneecore._threads import available_cores
+from kneeviz.jobs.cores import spare_cores
+from kneeviz.jobs.job import Watch
 
 if TYPE_CHECKING:  # its figures' library takes a second to load
     from kneecore import PaperReport
@@ -28,9 +28,7 @@ class PaperFiles:
     """All of the report's files, as a ZIP."""
 
 
-def redo(
-    space: ParameterSpace, *, quick: bool, seed: int, watch: Callable[[Any], bool]
-) -> PaperFiles:
+def redo(space: ParameterSpace, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
     """Compute the paper again and draw its report.
 
     Raises
@@ -42,7 +40,7 @@ def redo(
         space,
         quick=quick,
         seed=seed,
-        threads=max(1, available_cores() - 1),  # one core stays free for the view
+        threads=spare_cores(),
         callback=watch,
     )
     watch(kneecore.Progress(stage="drawing the figures", done=1, total=1))

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from kneeviz import viser_internals as wire
+import viser
+
+from kneeviz import viser_internals
 
 QUIET_SECONDS = 0.8
 """A number that is being typed is wrong until its last digit: wait for this long a pause."""
@@ -22,7 +24,7 @@ class _Complaint:
 class Notices:
     """Collects faults by client and tells each client once he has paused."""
 
-    def __init__(self, clients: Callable[[], dict[int, Any]], gui: Any) -> None:
+    def __init__(self, clients: Callable[[], dict[int, Any]], gui: viser.GuiApi) -> None:
         self._clients, self._gui = clients, gui
         self._waiting: dict[int, _Complaint] = {}
 
@@ -48,7 +50,7 @@ class Notices:
                 del self._waiting[client_id]
                 self.tell(client_id, "Not taken", f"{complaint.text}. The last value stands.")
                 if hasattr(complaint.handle, "value") and not _is_button(complaint.handle):
-                    wire.force_value(self._gui, complaint.handle)
+                    viser_internals.force_value(self._gui, complaint.handle)
         return min((c.due for c in self._waiting.values()), default=None)
 
     def tell(self, client_id: int, title: str, text: str, *, bad: bool = True) -> None:

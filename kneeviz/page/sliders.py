@@ -1,10 +1,11 @@
 """The sliders as a picture of the visitor's knee."""
 
-from typing import Any
+import viser
 
-from kneeviz import viser_internals as wire
-from kneeviz.state.knee import SCALE, KneeState
-from kneeviz.views.tabs.controls import KneeTab
+from kneeviz import viser_internals
+from kneeviz.state.bounds import SCALE
+from kneeviz.state.knee import KneeState
+from kneeviz.views.tabs.knee import KneeTab
 
 
 def shown_value(tab: KneeTab, state: KneeState, index: int) -> float:
@@ -14,7 +15,7 @@ def shown_value(tab: KneeTab, state: KneeState, index: int) -> float:
     return float(min(max(value, handle.min), handle.max))
 
 
-def mirror(tab: KneeTab, state: KneeState, gui: Any) -> None:
+def mirror(tab: KneeTab, state: KneeState, gui: viser.GuiApi) -> None:
     """Let all sliders show the present knee, also in a browser that missed something."""
     for index, handle in enumerate(tab.sliders):
         low, high = (round(edge, 6) for edge in state.slider_range(index))
@@ -25,4 +26,4 @@ def mirror(tab: KneeTab, state: KneeState, gui: Any) -> None:
         if handle.value != value:
             handle.value = value
         else:
-            wire.force_value(gui, handle)
+            viser_internals.force_value(gui, handle)

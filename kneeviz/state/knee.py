@@ -12,95 +12,23 @@ from numpy.typing import NDArray
 import kneecore
 from kneecore import (
     NAMES,
-    Knee,
+    KneeFile,
+    KneeSurrogate,
     ParameterError,
     ParameterSpace,
     Response,
+    SearchResult,
     Trajectory,
-    packaged_knee,
-    parameter_table,
 )
 from kneecore.knee.parameters import widened
-from kneecore.knee.space import Case
 from kneeviz.geometry.sweep import Sweep, sweep_of
+from kneeviz.jobs.computations import Bounded
+from kneeviz.state import results
+from kneeviz.state.bounds import SCALE, WIDTH, Bounds
 
 FloatArray = NDArray[np.float64]
 
-RestLength = Any  # kneecore's literal: "recomputed" or "fixed"
-
-_TABLE = parameter_table(rest_lengths=True)
-WIDTH = len(_TABLE)
-"""Entries of the visitor's knee: the changes of its rest lengths are always among them."""
-GEOMETRY = np.array([row.kind == "geometry" for row in _TABLE[: len(NAMES)]])
-SLOPE = np.array([row.name == "plateau_slope" for row in _TABLE[: len(NAMES)]])
-SCALE = np.array([row.scale for row in _TABLE])
 TRAINING_SAMPLES = 50
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bounds:
-    """How far the parameters may be from the baseline. None keeps the knee file's half-ranges."""
-
-    case: Case = "both"
-    geometry_mm: float | None = None
-    slope_deg: float | None = None
-    material_percent: float | None = None
-    rest_length_mm: float | None = None
-    rest_length: RestLength = "recomputed"
-
-    def space(self, knee: Knee) -> ParameterSpace:
-        """Return the space around a knee file's baseline."""
-        given = (self.geometry_mm, self.slope_deg, self.material_percent, self.rest_length_mm)
-        geometry, slope, material, rest = (
-            default if value is None else value
-            for value, default in zip(given, (1.0, 1.0, 10.0, 0.0), strict=True)
-        )
-        if knee is packaged_knee():  # then no file is needed to name the space
-            return ParameterSpace(
-                case=self.case,
-                geometry_bound_mm=geometry,
-                slope_bound_deg=slope,
-                material_bound_percent=material,
-                rest_length_bound_mm=rest,
-            )
-        kept = {
-            row.name: float(half)
-            for i, (row, half) in enumerate(zip(_TABLE, knee.half_ranges, strict=False))
-            if given[_bound_of(i)] is None
-        }
-        return ParameterSpace(
-            case=self.case,
-            geometry_bound_mm=geometry,
-            slope_bound_deg=slope,
-            material_bound_percent=material,
-            rest_length_bound_mm=rest,
-            half_ranges=kept,
-            baseline=knee.baseline,
-            title=knee.title,
-            note=knee.note,
-        )
-
-
-def _bound_of(index: int) -> int:
-    if index >= len(NAMES):
-        return 3
-    if not GEOMETRY[index]:
-        return 2
-    return 1 if SLOPE[index] else 0
-
-
-def shown_bounds(knee: Knee) -> tuple[float, float, float, float]:
-    """Return the largest half-ranges of a knee file: (mm, deg, % of the value, mm at rest)."""
-    all_halves = widened(knee.half_ranges, WIDTH)
-    half, rest = all_halves[: len(NAMES)], all_halves[len(NAMES) :]
-    size = np.maximum(np.abs(knee.baseline[: len(NAMES)]), 1e-30)
-    length = GEOMETRY & ~SLOPE
-    return (
-        float(1e3 * half[length].max()),
-        float(np.degrees(half[SLOPE].max())),
-        float(100.0 * (half / size)[~GEOMETRY].max()),
-        float(1e3 * rest.max()),
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,7 +44,16 @@ class Solved:
 class KneeState:
     """Everything that one view shows. One thread owns it."""
 
-    def __init__(self, knee: Knee) -> None:
+    def __init__(self, knee: KneeFile) -> None:
+        self.result: SearchResult | None = None
+        self.worst: tuple[Solved | None, Solved | None] = (None, None)
+        self.set_knee(knee)
+
+    def set_knee(self, knee: KneeFile) -> None:
+        """Take another baseline with its own half-ranges, and its current values if it has any.
+
+        The last search's result stays; it is stale then.
+        """
         self.knee = knee
         self.bounds = Bounds()
         self.space = self.bounds.space(knee)
@@ -124,16 +61,19 @@ class KneeState:
         self.x: FloatArray = widened(start, WIDTH)
         self.baseline: Solved | None = None
         self.current: Solved | None = None
-        self.surrogate: Any = None
+        self.surrogate: KneeSurrogate | None = None
         self.predicted: FloatArray | None = None
-        self.result: Any = None
-        self.worst: tuple[Solved | None, Solved | None] = (None, None)
 
     @property
     def strain_free(self) -> bool:
         """Whether every knee is without load in the same pose."""
         changed = self.x[len(NAMES) :].any() or len(self.space.lower) > len(NAMES)
         return bool(self.bounds.rest_length == "recomputed" and not changed)
+
+    @property
+    def bounded(self) -> Bounded:
+        """The present bounds around the baseline, for a computation."""
+        return Bounded(space=self.space, rest_length=self.bounds.rest_length)
 
     @property
     def at_baseline(self) -> bool:
@@ -147,7 +87,7 @@ class KneeState:
 
     def is_stale(self, found: Any) -> bool:
         """Tell whether a result of kneecore's belongs to other bounds than those set now."""
-        old, now = found.space, self.space
+        old, now = results.space(found), self.space
         if not old.is_around_baseline:
             try:
                 now = self.space_around_knee()
@@ -158,7 +98,7 @@ class KneeState:
             and np.array_equal(old.upper, now.upper)
             and np.array_equal(old.baseline, now.baseline)
         )
-        return not same or found.rest_length != self.bounds.rest_length
+        return not same or results.rest_length(found) != self.bounds.rest_length
 
     def space_around_knee(self) -> ParameterSpace:
         """Return the present bounds around the visitor's knee instead of the baseline.
@@ -223,10 +163,6 @@ class KneeState:
         if not keep_surrogate:
             self.surrogate = self.predicted = None
 
-    def set_knee(self, knee: Knee) -> None:
-        """Take another baseline with its own half-ranges, and its current values if it has any."""
-        self.__init__(knee)  # type: ignore[misc]
-
     def solve_baseline(self) -> None:
         """Run kneecore for the baseline knee."""
         self.baseline = self.solve(self.space.baseline)
@@ -244,14 +180,23 @@ class KneeState:
         )
         self.predicted = self.predict(self.x)
 
-    def take_result(self, result: Any) -> None:
+    def take_result(self, result: SearchResult) -> None:
         """Keep a search's result and prepare its two knees for display."""
-        strain_free = result.rest_length == "recomputed" and result.x.shape[1] == len(NAMES)
+        recomputed = results.rest_length(result) == "recomputed"
         worst = []
-        for x, response in zip(result.x, (result.model_1, result.model_2), strict=True):
-            sweep = sweep_of(x, response, strain_free=strain_free)
-            worst.append(Solved(x=np.array(x), response=response, sweep=sweep))
+        for x, response in results.knees(result):
+            sweep = sweep_of(x, response, strain_free=recomputed and len(x) == len(NAMES))
+            worst.append(Solved(x=x, response=response, sweep=sweep))
         self.result, self.worst = result, (worst[0], worst[1])
+
+    @property
+    def training_curves(self) -> FloatArray | None:
+        """The surrogate's training curves that did not fail, shape (n, 12), rad, or None."""
+        if self.surrogate is None:
+            return None
+        curves = self.surrogate.training_flexion
+        kept: FloatArray = curves[np.isfinite(curves).all(axis=1)]
+        return kept
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         """Return a knee's motion in time."""
@@ -288,62 +233,3 @@ class KneeState:
             title=self.knee.title,
             note=self.knee.note,
         )
-
-
-PRESETS: dict[str, dict[str, float]] = {
-    "ACL 1 bound further forward": {"acl_femur_x": 1.0},
-    "ACL 1 bound lower on the femur": {"acl_femur_y": -1.0},
-    "Steeper plateau": {"plateau_slope": 1.0},
-    "Flatter plateau": {"plateau_slope": -1.0},
-    "Larger condyle": {"condyle_radius": 1.0},
-    "Everything soft": {name: -1.0 for name in NAMES if name.endswith(("stiffness", "modulus"))},
-    "Everything stiff": {name: 1.0 for name in NAMES if name.endswith(("stiffness", "modulus"))},
-}
-"""Telling knees, as shares of the half-range away from the baseline."""
-
-
-def preset_knee(name: str, space: ParameterSpace) -> FloatArray:
-    """Return a preset's parameters within a space."""
-    x = np.array(space.baseline)
-    for parameter, share in PRESETS[name].items():
-        i = NAMES.index(parameter)
-        edge = space.upper[i] if share > 0.0 else space.lower[i]
-        x[i] += abs(share) * (edge - x[i])
-    return x
-
-
-def random_knee(space: ParameterSpace, rng: np.random.Generator) -> FloatArray:
-    """Return a knee drawn uniformly from a space."""
-    return space.from_unit(rng.random(len(space.lower)))
-
-
-def with_bound(bounds: Bounds, name: str, value: Any) -> Bounds:
-    """Return `bounds` with one of its fields replaced."""
-    return replace(bounds, **{name: value})
-
-
-def runs_in_time(
-    state: KneeState, knees: tuple[Solved | None, ...]
-) -> tuple[Trajectory | None, ...]:
-    """Return the motions in time of the visitor's knee and the two worst cases."""
-    current, *worst = knees
-    runs: list[Trajectory | None] = [None if current is None else state.trajectory(current.x)]
-    for knee in worst:
-        if knee is None or knee.sweep is None:
-            runs.append(None)
-            continue
-        result = state.result
-        runs.append(
-            kneecore.trajectory(
-                knee.x, baseline=result.space.baseline, rest_length=result.rest_length
-            )
-        )
-    return tuple(runs)
-
-
-def training_curves(state: KneeState) -> Any:
-    """Return the surrogate's training curves that did not fail, shape (n, 12), rad, or None."""
-    if state.surrogate is None:
-        return None
-    curves = state.surrogate.training_flexion
-    return curves[np.isfinite(curves).all(axis=1)]

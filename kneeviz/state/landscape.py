@@ -1,16 +1,16 @@
 """What the landscape knows: whether it is shown, of what, and the thread that computes its grid."""
 
-from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-import kneecore
 from kneecore import KneecoreError, KneeSurrogate, Landscape, ParameterSpace
-from kneecore._threads import available_cores
 from kneecore.study.landscape import READINGS
+from kneeviz.jobs import computations
+from kneeviz.jobs.computations import Bounded
+from kneeviz.jobs.messages import Post
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.state.knee import KneeState
 
@@ -46,15 +46,8 @@ class Slice:
 
     def compute(self) -> Landscape:
         """Run kneecore over the grid."""
-        return kneecore.landscape(
-            self.x,
-            self.names,
-            space=self.space,
-            surrogate=self.surrogate,
-            rest_length=self.rest_length,
-            # One core stays free for the view.
-            threads=max(1, available_cores() - 1),
-        )
+        within = Bounded(space=self.space, rest_length=self.rest_length)
+        return computations.landscape(within, self.x, self.names, self.surrogate)
 
 
 def free_names(space: ParameterSpace) -> tuple[str, ...]:
@@ -62,16 +55,25 @@ def free_names(space: ParameterSpace) -> tuple[str, ...]:
     return tuple(n for n, free in zip(space.names, space.free, strict=True) if free)
 
 
-class LandscapeShow:
+class LandscapeFound(NamedTuple):
+    """What a request for a landscape came to."""
+
+    asked: Slice | None
+    found: Landscape | None
+    why: str | None
+    """What went wrong, if nothing was found."""
+
+
+class LandscapeState:
     """The landscape's settings, its grid, and the thread behind it.
 
     Parameters
     ----------
     post : callable
-        Gets "landscape_found" with (Slice, Landscape or None, why not).
+        Gets "landscape_found" with a `LandscapeFound`.
     """
 
-    def __init__(self, post: Callable[[Hashable, Any], None]) -> None:
+    def __init__(self, post: Post) -> None:
         self._post = post
         self._worker: Worker | None = None
         self._asked: Slice | None = None
@@ -135,9 +137,10 @@ class LandscapeShow:
     def _compute(self, actions: Actions) -> None:
         for _, wanted in actions:
             try:
-                self._post("landscape_found", (wanted, wanted.compute(), None))
+                self._post("landscape_found", LandscapeFound(wanted, wanted.compute(), None))
             except KneecoreError as error:
-                self._post("landscape_found", (wanted, None, str(error)))
+                self._post("landscape_found", LandscapeFound(wanted, None, str(error)))
 
     def _failed(self, error: Exception) -> None:
-        self._post("landscape_found", (None, None, f"{type(error).__name__}: {error}"))
+        why = f"{type(error).__name__}: {error}"
+        self._post("landscape_found", LandscapeFound(None, None, why))

@@ -135,6 +135,6 @@ def mix(a: RGB, b: RGB, share: float) -> RGB:
     return red, green, blue
 
 
-def wire_colour(colour: RGB) -> NDArray[np.uint8]:
+def handle_colour(colour: RGB) -> NDArray[np.uint8]:
     """Return a colour in the form that line handles take after their creation."""
     return np.array(colour, dtype=np.uint8)

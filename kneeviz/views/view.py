@@ -5,26 +5,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore import ParameterSpace
 from kneeviz.geometry.mechanism import Pose
+from kneeviz.jobs.messages import Post
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import free_names
+from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
-from kneeviz.views.charts.curves import ApChart, Band, CurveChart, ForceCharts, Markers, Shown
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.html.study import with_unit
+from kneeviz.views.charts.angles import ApChart, ForceCharts
+from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.html.comparison import comparison
+from kneeviz.views.html.labels import with_unit
+from kneeviz.views.html.pieces import box, faint
+from kneeviz.views.html.readout import legend, readout
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
-from kneeviz.views.tabs.controls import (
-    FilesTab,
-    KneeTab,
-    Post,
-    SearchTab,
-    ViewTab,
-    add_transport,
-)
+from kneeviz.views.tabs.files import FilesTab
+from kneeviz.views.tabs.knee import KneeTab
 from kneeviz.views.tabs.learn import LearnTab
+from kneeviz.views.tabs.look import LookTab
 from kneeviz.views.tabs.methods import MethodsBox
+from kneeviz.views.tabs.search import SearchTab
 from kneeviz.views.tabs.study import InfluenceTab, StudyTab
+from kneeviz.views.tabs.transport import add_transport
 
 FloatArray = NDArray[np.float64]
 
@@ -63,8 +66,8 @@ class View:
             self.ap_legend = gui.add_html("")
             self.ap = ApChart(gui, colours, height=400)
             gui.add_html(
-                markup.box(
-                    markup.faint(
+                box(
+                    faint(
                         "Where the condyle touches the plateau, along it, from its reference point."
                     )
                 )
@@ -90,7 +93,7 @@ class View:
         with tabs.add_tab("Learn"):
             self.learn = LearnTab(gui, post)
         with tabs.add_tab("View"):
-            self.look = ViewTab(gui, post)
+            self.look = LookTab(gui, post)
         with tabs.add_tab("Files"):
             self.files = FilesTab(gui, post)
 
@@ -109,15 +112,15 @@ class View:
     def show_legends(self, overlays: bool, band: Band | None) -> None:
         """Write the charts' keys."""
         colours = theme.palette(self.dark)
-        self.curve_legend.content = markup.legend(
+        self.curve_legend.content = legend(
             colours, overlays=overlays, curve=True, band=None if band is None else band.text
         )
         for handle in (self.force_legend, self.ap_legend):
-            handle.content = markup.legend(colours, overlays=overlays, curve=False)
+            handle.content = legend(colours, overlays=overlays, curve=False)
 
     def show_readout(self, pose: Pose) -> None:
         """Write angle, moment and tensions of the pose on screen."""
-        self.transport.readout.content = markup.readout(pose, theme.palette(self.dark))
+        self.transport.readout.content = readout(pose, theme.palette(self.dark))
 
     def show_other_charts(self, shown: Shown, markers: Markers) -> None:
         """Feed the charts behind the first tab, which may be fed less often."""
@@ -125,11 +128,11 @@ class View:
         self.ap.show(shown, markers)
 
     def show_comparison(
-        self, space: Any, knees: tuple[FloatArray | None, ...], precision: int = 2
+        self, space: ParameterSpace, knees: tuple[FloatArray | None, ...], precision: int = 2
     ) -> None:
         """Write the parameters side by side: baseline, the visitor's knee, model 1 and 2."""
         colours = theme.palette(self.dark)
         labels = ("baseline", "yours", "model 1", "model 2")
         hues = (colours.baseline, colours.current, colours.model_1, colours.model_2)
         entries = list(zip(labels, hues, knees, strict=True))
-        self.comparison.content = markup.comparison(space, entries, precision=precision)
+        self.comparison.content = comparison(space, entries, precision=precision)

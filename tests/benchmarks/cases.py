@@ -13,18 +13,24 @@ import numpy as np
 import peers
 import rivals
 from scipy.interpolate import RBFInterpolator
+from searches import searched
 from threadpoolctl import threadpool_limits
 
-from kneecore import ParameterSpace, influence, monte_carlo, simulate_batch, worst_case
-from kneecore.knee.model import KneeModel
+from kneecore import (
+    InfluenceSettings,
+    Knee,
+    SearchSettings,
+    influence,
+    monte_carlo,
+)
 from kneecore.knee.physics.dynamics import respond
 from kneecore.knee.physics.equilibrium import equilibria
 from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.response import prepare
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import SurrogatePair
-from kneecore.search.settings import PairSettings
 from kneecore.search.training import train
+from kneecore.unit_model import UnitModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,14 +56,13 @@ class Case:
 
 @cache
 def training():
-    space = ParameterSpace()
-    return train(KneeModel(space), space.n_free, PairSettings())
+    return train(UnitModel(Knee()), SearchSettings())
 
 
 @cache
 def knees():
-    space = ParameterSpace()
-    return prepare(space.from_unit(np.random.default_rng(0).random((1024, 28))), None, "recomputed")
+    x = Knee().from_free_unit(np.random.default_rng(0).random((1024, 28)))
+    return prepare(x, None, "recomputed")
 
 
 def surrogate_search(pop_size=200, n_generations=800, seed=0, options=None):
@@ -93,13 +98,8 @@ def flexion(rows):
 
 
 def sobol_by_salib():
-    space = ParameterSpace()
-
-    def model(u):
-        flexion = simulate_batch(space.from_unit(u)).flexion
-        return np.degrees(flexion)
-
-    return peers.sobol_indices(model, space.n_free, 1024, seed=0)
+    knee = Knee()
+    return peers.sobol_indices(UnitModel(knee), knee.n_free, 1024, seed=0)
 
 
 def angles_apart(ours, theirs):
@@ -176,44 +176,44 @@ CASES = (
     ),
     Case(
         name="100 x 100 search in the true model",
-        ours=lambda: worst_case(search_space="model", pop_size=100, n_generations=100),
+        ours=lambda: searched(search_space="model", pop_size=100, n_generations=100),
         repeats=2,
         elsewhere="2,633 s (the paper, 15 threads)",
     ),
     Case(
         name="100 x 100 search in the knees at rest",
-        ours=lambda: worst_case(
+        ours=lambda: searched(
             search_space="model", pop_size=100, n_generations=100, solver="equilibrium"
         ),
         repeats=3,
     ),
     Case(
         name="200 x 800 search in the true model",
-        ours=lambda: worst_case(search_space="model"),
+        ours=lambda: searched(search_space="model"),
         repeats=1,
     ),
     Case(
         name="200 x 800 search in the knees at rest",
-        ours=lambda: worst_case(search_space="model", solver="equilibrium"),
+        ours=lambda: searched(search_space="model", solver="equilibrium"),
         repeats=2,
     ),
     Case(
         name="exact worst case in the true model",
-        ours=lambda: worst_case(method="exact"),
+        ours=lambda: searched(method="exact"),
     ),
     Case(
         name="exact worst case of the knees at rest",
-        ours=lambda: worst_case(method="exact", solver="equilibrium"),
+        ours=lambda: searched(method="exact", solver="equilibrium"),
     ),
     Case(
         name="10,000 Monte-Carlo samples of the true model",
-        ours=monte_carlo,
+        ours=lambda: monte_carlo(Knee()),
         repeats=2,
         elsewhere="1,246 s (the paper, 15 threads)",
     ),
     Case(
         name="Sobol' indices, 28 parameters, 30,720 models, no intervals",
-        ours=lambda: influence(intervals=False),
+        ours=lambda: influence(Knee(), InfluenceSettings(intervals=False)),
         repeats=2,
         rival_name="SALib, driving the same model",
         rival=sobol_by_salib,

@@ -13,9 +13,10 @@ from typing import get_args
 
 import numpy as np
 
-from kneecore import ParameterSpace, worst_case
+from kneecore import Knee, SearchSettings, worst_case
 from kneecore.knee.response import Solver
-from kneecore.search.exact_model import exact_worst_case
+from kneecore.search.exact_model import exact_pair
+from kneecore.search.sign_climb import ExactSettings
 
 EXACT_SEEDS = range(40)
 SAME = 1e-4
@@ -24,16 +25,16 @@ SAME = 1e-4
 
 def measured(solver, seeds):
     """Return a table's line, and whether every exact search reached the best genetic one."""
-    space = ParameterSpace()
+    knee = Knee(solver=solver)
     genetic = max(
-        worst_case(space, search_space="model", solver=solver, seed=s).objective_model
+        worst_case(knee, SearchSettings(search_space="model", seed=s)).objective_model
         for s in seeds
     )
-    exact_worst_case(space, solver=solver)  # loads the kernels
+    exact_pair(knee)  # loads the kernels
     found, took = [], []
     for seed in EXACT_SEEDS:
         begun = time.perf_counter()
-        found.append(exact_worst_case(space, solver=solver, seed=seed).objective)
+        found.append(exact_pair(knee, settings=ExactSettings(seed=seed)).objective)
         took.append(1e3 * (time.perf_counter() - begun))
     middle, slow = np.percentile(took, [50, 95])
     line = f"| {solver} | {genetic:.3f} | {min(found):.3f} | {middle:.0f} | {slow:.0f} |"

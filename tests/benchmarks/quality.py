@@ -12,10 +12,10 @@ import rivals
 from scipy.interpolate import RBFInterpolator
 from threadpoolctl import threadpool_limits
 
+from kneecore.knee.model import ALONG_LOADS
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.pair import SurrogatePair
-from kneecore.search.exact_model import ALONG_LOADS
 from kneecore.search.sign_climb import ExactSettings, climb_pair
 
 BUDGET = 160_000

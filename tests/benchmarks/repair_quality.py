@@ -9,24 +9,25 @@ surrogate's optimum, and the models that it took.
 """
 
 import sys
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 
-from kneecore import ParameterSpace, worst_case
+from kneecore import Knee, ParameterSpace, SearchSettings, worst_case
 from kneecore.knee.response import Solver
 from kneecore.knee.space import CASES
-from kneecore.search.exact_model import exact_worst_case
+from kneecore.search.exact_model import exact_pair
 from kneecore.search.settings import Method
 
 
 def measured(case, solver, method, seeds):
     """Return a table's line, and whether the aim was met: gap under 1 %, f at least 99 %."""
-    space = ParameterSpace(case=case)
-    exact = exact_worst_case(space, solver=solver).objective
-    shared = {"search_space": "surrogate", "solver": solver, "method": method}
-    plain = [worst_case(space, **shared, seed=s).objective_model / exact for s in seeds]
-    found = [worst_case(space, **shared, seed=s, repair=True) for s in seeds]
+    knee = Knee(ParameterSpace(case=case), solver=solver)
+    exact = exact_pair(knee).objective
+    settings = [SearchSettings(search_space="surrogate", method=method, seed=s) for s in seeds]
+    plain = [worst_case(knee, s).objective_model / exact for s in settings]
+    found = [worst_case(knee, replace(s, repair=True)) for s in settings]
     shares = np.array([r.objective_model / exact for r in found])
     gaps = [abs(r.repair.rounds[-1].gap_percent) for r in found]
     models = [r.repair.n_models for r in found]

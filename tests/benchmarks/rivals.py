@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import RBFInterpolator
 
-from kneecore.knee.physics import dynamics, forces
+from kneecore.knee.physics import dynamics, forces, lanes
 from kneecore.knee.physics.pose import START_X, START_Y
 from kneecore.numerics.surrogate import Surrogate
 
@@ -104,7 +104,7 @@ def _scalar_run(row: np.ndarray, sign: float, turns: np.ndarray) -> None:
     """One run, one model at a time: the arithmetic of the lanes without the lanes."""
     x, y, psi = row[START_X], row[START_Y], 0.0
     vx = vy = omega = 0.0
-    dt = dynamics.TIME_STEP
+    dt = lanes.TIME_STEP
     for plateau in range(6):
         moment = sign * dynamics.MOMENTS[plateau]
         for _ in range(dynamics.PLATEAU_STEPS[plateau]):
@@ -147,7 +147,7 @@ def solve_ivp_flexion(rows: np.ndarray, method: str = "LSODA") -> np.ndarray:
         for direction, sign in enumerate((1.0, -1.0)):
             state = np.array([row[START_X], row[START_Y], 0.0, 0.0, 0.0, 0.0])
             for plateau in range(6):
-                seconds = dynamics.TIME_STEP * dynamics.PLATEAU_STEPS[plateau]
+                seconds = lanes.TIME_STEP * dynamics.PLATEAU_STEPS[plateau]
                 moment = sign * dynamics.MOMENTS[plateau]
                 run = solve_ivp(_rate, (0.0, seconds), state, method, [seconds], args=(row, moment),
                                 rtol=1e-7, atol=1e-9)  # fmt: skip

@@ -1,4 +1,4 @@
-"""How quickly the app answers: over the wire and in a real browser.
+"""How quickly the app answers: over a WebSocket and in a real browser.
 
 Run with ``python -m pytest tests/benchmarks/test_app_speed.py -s``; each test prints its figures.
 The aims are for a quiet machine with two cores; the limits asserted here are wider, so that a busy
@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from e2e.conftest import ARGUMENTS, READY
 from e2e.conftest import chromium as chromium  # the same browser as the browser tests
-from viz.wire_client import WireClient
+from viz.websocket_client import WebSocketClient
 
 import kneecore
 from kneecore import NAMES, ParameterSpace
@@ -95,7 +95,7 @@ def tell(name, seconds, **more):
 def test_slider_event_to_plot_message(playing):
     """Aim: p95 of at most 10 ms."""
     took = []
-    with server() as (_, port), WireClient(port) as client:
+    with server() as (_, port), WebSocketClient(port) as client:
         is_ready(client)
         uuid, plot = slider(client), chart(client)
         if not playing:
@@ -124,7 +124,7 @@ def test_slider_event_to_plot_message(playing):
 def test_eight_clients_at_thirty_hertz():
     """Aim: under half a core for the server."""
     with server() as (pid, port), contextlib.ExitStack() as stack:
-        clients = [stack.enter_context(WireClient(port)) for _ in range(8)]
+        clients = [stack.enter_context(WebSocketClient(port)) for _ in range(8)]
         is_ready(clients[0])
         time.sleep(3.0)
         frames = [c.counts.get("SetOrientationMessage", 0) for c in clients]
@@ -147,7 +147,7 @@ def attachment(client):
 
 
 def test_a_drag_of_ten_seconds_ends_in_agreement():
-    with server() as (_, port), WireClient(port) as client, WireClient(port) as other:
+    with server() as (_, port), WebSocketClient(port) as client, WebSocketClient(port) as other:
         is_ready(client)
         uuid, plot = slider(client), chart(client)
         start = time.monotonic()
@@ -201,7 +201,7 @@ def test_page_is_usable(small_page):
 
 def test_mouse_move_to_drawn_curve(small_page):
     """Aim: a median of at most 60 ms while the knee moves."""
-    with server() as (_, port), WireClient(port) as client:
+    with server() as (_, port), WebSocketClient(port) as client:
         is_ready(client)
         uuid, plot = slider(client), chart(client)
         small_page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
@@ -258,7 +258,7 @@ def test_bound_event_to_live_worst_case_message():
     moves = [0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.3, 1.2, 1.1, 1.0, 0.9, 0.8, 0.7, 0.6]
     wanted = {mm: live_answer(mm) for mm in set(moves)}
     took = []
-    with server() as (_, port), WireClient(port) as client:
+    with server() as (_, port), WebSocketClient(port) as client:
         uuid, plot = live_bound(client), chart(client)
         time.sleep(1.0)
         for mm in moves:
@@ -299,7 +299,7 @@ def test_bound_move_to_live_worst_case(chromium):
     """Aim: a median under 150 ms from the key to both knees and the band on the screen."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
     page = context.new_page()
-    with server() as (_, port), WireClient(port) as client:
+    with server() as (_, port), WebSocketClient(port) as client:
         live_bound(client)
         page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
         page.wait_for_function(READY, timeout=60_000)

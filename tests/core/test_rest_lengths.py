@@ -4,11 +4,15 @@ import naive
 import numpy as np
 import pytest
 from results import check_comes_back
+from searches import searched
 
 from kneecore import (
     NAMES,
+    InfluenceSettings,
+    Knee,
     ParameterError,
     ParameterSpace,
+    SamplingSettings,
     SearchResult,
     dump_knee,
     flexion_gradient,
@@ -17,13 +21,12 @@ from kneecore import (
     simulate,
     simulate_batch,
     trajectory,
-    worst_case,
 )
 from kneecore.errors import FileFormatError
-from kneecore.figures.search import rests_unloaded
-from kneecore.figures.study import band_figure
+from kneecore.figures.style import REST_DEG, through_rest
 from kneecore.knee.file import parse_knee
 from kneecore.knee.parameters import REST_LENGTH_NAMES
+from kneecore.report.command import command_line
 
 SPACE = ParameterSpace(rest_length_bound_mm=1.0)
 MODES = ("recomputed", "fixed")
@@ -166,26 +169,26 @@ def test_a_knee_files_half_ranges_are_the_spaces(tmp_path):
     ],
 )
 def test_a_search_uses_them_and_its_result_survives_a_file(settings):
-    found = worst_case(SPACE, solver="equilibrium", **settings)
+    found = searched(SPACE, solver="equilibrium", **settings)
     assert found.x.shape == (2, 32)
     assert np.abs(found.x[:, 28:]).max() <= 1e-3
     check_comes_back(found)
-    assert SearchResult.from_json(found.to_json()).space.n_free == 32
-    assert "--rest-length-bound-mm 1.0" in found.command()
+    assert SearchResult.from_json(found.to_json()).model.n_free == 32
+    assert "--rest-length-bound-mm 1.0" in command_line(found)
     assert "acl_rest_length_change" in str(found)
 
 
 def test_the_exact_worst_case_is_worse_with_them():
-    without = worst_case(ParameterSpace(), method="exact", solver="equilibrium")
-    with_them = worst_case(SPACE, method="exact", solver="equilibrium")
+    without = searched(ParameterSpace(), method="exact", solver="equilibrium")
+    with_them = searched(SPACE, method="exact", solver="equilibrium")
     assert with_them.objective_model > without.objective_model
 
 
 def test_sampling_and_influence_use_them():
-    wide = monte_carlo(SPACE, n_samples=512).flexion_deg.sd[5]
-    narrow = monte_carlo(n_samples=512).flexion_deg.sd[5]
+    few = SamplingSettings(n_samples=512)
+    wide, narrow = (monte_carlo(knee, few).y.sd[5] for knee in (Knee(SPACE), Knee()))
     assert wide > narrow
-    found = influence(SPACE, n_base=64, intervals=False)
+    found = influence(Knee(SPACE), InfluenceSettings(n_base=64, intervals=False))
     assert found.names[28:] == REST_LENGTH_NAMES
     assert set(found.groups) == {"acl", "pcl", "mcl", "lcl", "condyle", "plateau", "material"}
 
@@ -198,10 +201,11 @@ def test_the_motion_starts_with_the_changed_ligament_taut():
 
 
 def test_figures_put_no_load_free_pose_where_knees_are_under_load():
-    assert rests_unloaded(ParameterSpace(), "recomputed")
-    assert not rests_unloaded(ParameterSpace(), "fixed")
-    assert not rests_unloaded(SPACE, "recomputed")
+    assert through_rest(Knee()) == REST_DEG
+    assert through_rest(Knee(rest_length="fixed")) is None
+    assert through_rest(Knee(SPACE)) is None
     for space, n in ((ParameterSpace(), 13), (SPACE, 12)):
-        axes = band_figure(monte_carlo(space, n_samples=64)).axes[0]
+        found = monte_carlo(Knee(space), SamplingSettings(n_samples=64))
+        axes = found.figures()["figure_band"].axes[0]
         assert all(len(line.get_xdata()) in (n, 2) for line in axes.lines)
         assert any(len(line.get_xdata()) == n for line in axes.lines)

@@ -134,7 +134,7 @@ class Visitor:
 def app(chromium: Any) -> Iterator[App]:
     running = App(port=0)
     try:
-        eventually(lambda: running.session.surrogate_ready, 60.0)
+        eventually(lambda: running.page.surrogate_ready, 60.0)
         yield running
     finally:
         running.stop()
@@ -150,12 +150,12 @@ def shared_page(chromium: Any, app: App) -> Iterator[Visitor]:
 @pytest.fixture
 def visitor(shared_page: Visitor, app: App) -> Iterator[Visitor]:
     """The page, with the knee at the baseline and the motion paused."""
-    session = app.session
-    session.playback.play(False)
-    if not session.state.at_baseline:
-        session.post("reset_all")
-        eventually(lambda: session.state.at_baseline)
-        eventually(lambda: session._morph is None)
+    page = app.page
+    page.playback.play(False)
+    if not page.state.at_baseline:
+        page.post("reset_all")
+        eventually(lambda: page.state.at_baseline)
+        eventually(lambda: not page.animation.morphing)
     shared_page.errors.clear()
     yield shared_page
     assert shared_page.errors == []

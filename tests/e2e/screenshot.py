@@ -12,7 +12,7 @@ from playwright.sync_api import sync_playwright  # noqa: E402, I001
 
 from e2e.conftest import ARGUMENTS, Visitor, eventually, find_browser  # noqa: E402
 from kneeviz.server.app import App  # noqa: E402
-from kneeviz.views.tabs.controls import Asked  # noqa: E402
+from kneeviz.jobs.messages import Asked  # noqa: E402
 
 MAX_BYTES = 400_000
 
@@ -20,19 +20,19 @@ MAX_BYTES = 400_000
 def main(path: Path) -> None:
     app = App(port=0)
     try:
-        session = app.session
-        eventually(lambda: session.surrogate_ready, 60.0)
+        page = app.page
+        eventually(lambda: page.surrogate_ready, 60.0)
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(
                 executable_path=find_browser(), args=list(ARGUMENTS)
             )
             visitor = Visitor(browser, app.url, query="")
-            session.post("play", Asked(None, -1, "Pause"))
+            page.post("play", Asked(None, -1, "Pause"))
             visitor.tab("Search")
             visitor.press("Worst case (surrogate)")
-            visitor.wait_until(lambda: session.overlay and session._fade_start is None, 60)
-            session.post("position", Asked(None, -1, 16.0))
-            eventually(lambda: abs(session.playback.share - 0.16) < 1e-6)
+            visitor.wait_until(lambda: page.overlay and not page.animation.fading, 60)
+            page.post("position", Asked(None, -1, 16.0))
+            eventually(lambda: abs(page.playback.share - 0.16) < 1e-6)
             visitor.page.mouse.move(640, 700)
             visitor.page.wait_for_timeout(2500)
             visitor.page.screenshot(path=path)

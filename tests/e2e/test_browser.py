@@ -8,14 +8,14 @@ from e2e.conftest import Visitor, eventually
 
 import kneecore
 from kneecore import NAMES
-from kneeviz import viser_internals as wire
-from kneeviz.views.tabs.controls import Asked
+from kneeviz import viser_internals
+from kneeviz.jobs.messages import Asked
 
 ACL_X, ACL_Y = NAMES.index("acl_femur_x"), NAMES.index("acl_femur_y")
 
 
 def chart(app):
-    return wire.widget_id(app.session.view.curve.handle)
+    return viser_internals.widget_id(app.page.view.curve.handle)
 
 
 def current_angles(visitor, app):
@@ -27,19 +27,19 @@ def current_angles(visitor, app):
 
 
 def true_angles(app):
-    return np.degrees(kneecore.simulate(app.session.state.x).flexion)
+    return np.degrees(kneecore.simulate(app.page.state.x).flexion)
 
 
 def play(app):
-    app.session.post("play", Asked(None, -1, "Play"))
-    eventually(lambda: app.session.playback.playing)
+    app.page.post("play", Asked(None, -1, "Play"))
+    eventually(lambda: app.page.playback.playing)
 
 
 def search(visitor, app):
     visitor.tab("Search")
-    app.session.state.result = None
+    app.page.state.result = None
     visitor.press("Worst case (surrogate)")
-    visitor.wait_until(lambda: app.session.state.result is not None, 40)
+    visitor.wait_until(lambda: app.page.state.result is not None, 40)
 
 
 def test_the_page_loads_without_errors_and_shows_a_moving_knee(chromium, app):
@@ -58,7 +58,7 @@ def test_the_page_loads_without_errors_and_shows_a_moving_knee(chromium, app):
         assert fresh.errors == []
     finally:
         fresh.close()
-        app.session.playback.play(False)
+        app.page.playback.play(False)
 
 
 def test_a_slider_by_keyboard_changes_curve_and_picture(visitor, app):
@@ -67,7 +67,7 @@ def test_a_slider_by_keyboard_changes_curve_and_picture(visitor, app):
     thumb = visitor.thumb("ACL femur x")
     thumb.focus()
     visitor.page.keyboard.press("End")
-    visitor.wait_until(lambda: app.session.state.x[ACL_X] == pytest.approx(-13e-3))
+    visitor.wait_until(lambda: app.page.state.x[ACL_X] == pytest.approx(-13e-3))
     visitor.wait_until(lambda: np.allclose(current_angles(visitor, app), true_angles(app)))
     assert np.abs(current_angles(visitor, app) - before).max() > 0.3
     visitor.wait_until(lambda: visitor.pixels(chart(app)) != picture)
@@ -76,7 +76,7 @@ def test_a_slider_by_keyboard_changes_curve_and_picture(visitor, app):
 
 def test_a_slider_by_mouse_ends_where_the_mouse_ended(visitor, app):
     visitor.tab("Knee")
-    uuid = wire.widget_id(app.session.view.knee.sliders[ACL_Y])
+    uuid = viser_internals.widget_id(app.page.view.knee.sliders[ACL_Y])
     track = visitor.page.locator(f'[id="{uuid}"] .mantine-Slider-track').bounding_box()
     mouse, y = visitor.page.mouse, track["y"] + track["height"] / 2
     mouse.move(track["x"] + track["width"] / 2, y)
@@ -85,9 +85,9 @@ def test_a_slider_by_mouse_ends_where_the_mouse_ended(visitor, app):
         mouse.move(track["x"] + share * track["width"], y)
         visitor.page.wait_for_timeout(16)
     mouse.up()
-    visitor.wait_until(lambda: app.session.state.x[ACL_Y] > 0.3e-3)
+    visitor.wait_until(lambda: app.page.state.x[ACL_Y] > 0.3e-3)
     shown = float(visitor.thumb("ACL femur y").get_attribute("aria-valuenow"))
-    visitor.wait_until(lambda: app.session.state.x[ACL_Y] == pytest.approx(1e-3 * shown))
+    visitor.wait_until(lambda: app.page.state.x[ACL_Y] == pytest.approx(1e-3 * shown))
     visitor.wait_until(lambda: np.allclose(current_angles(visitor, app), true_angles(app)))
 
 
@@ -96,7 +96,7 @@ def test_typing_a_number(visitor, app):
     box = visitor.row("ACL tibia x").locator("input:not([type='hidden'])")
     box.fill("10.75")
     index = NAMES.index("acl_tibia_x")
-    visitor.wait_until(lambda: app.session.state.x[index] == pytest.approx(10.75e-3))
+    visitor.wait_until(lambda: app.page.state.x[index] == pytest.approx(10.75e-3))
 
 
 def test_play_and_pause(visitor, app):
@@ -107,7 +107,7 @@ def test_play_and_pause(visitor, app):
         lambda: seen.add((tuple(visitor.turn()), readout.inner_text())) or len(seen) > 4
     )
     visitor.press("Pause")
-    eventually(lambda: not app.session.playback.playing)
+    eventually(lambda: not app.page.playback.playing)
     visitor.page.wait_for_timeout(400)
     still = visitor.turn()
     visitor.page.wait_for_timeout(400)
@@ -140,13 +140,13 @@ def test_a_search_in_the_true_model_is_cancelled(visitor, app):
     assert visitor.page.get_by_role("button", name="Worst case (surrogate)").is_disabled()
     visitor.press("Cancel the search")
     visitor.page.get_by_text("The search was cancelled").wait_for()
-    assert app.session.job is None
+    assert app.page.search.job is None
     assert visitor.page.get_by_role("button", name="Worst case (surrogate)").is_enabled()
 
 
 def test_download_a_result_and_load_it_back(visitor, app, tmp_path):
     search(visitor, app)
-    found = app.session.state.result
+    found = app.page.state.result
     visitor.tab("Files")
     with visitor.page.expect_download() as download:
         visitor.press("Result (result.json)")
@@ -156,17 +156,17 @@ def test_download_a_result_and_load_it_back(visitor, app, tmp_path):
     with visitor.page.expect_file_chooser() as chooser:
         visitor.press("Load a file …")
     chooser.value.set_files(path)
-    visitor.wait_until(lambda: app.session.state.result not in (None, found))
-    np.testing.assert_array_equal(app.session.state.result.x, found.x)
+    visitor.wait_until(lambda: app.page.state.result not in (None, found))
+    np.testing.assert_array_equal(app.page.state.result.x, found.x)
 
 
 def test_reset_puts_the_sliders_back(visitor, app):
     visitor.tab("Knee")
     visitor.thumb("ACL femur x").focus()
     visitor.page.keyboard.press("Home")
-    visitor.wait_until(lambda: app.session.state.x[ACL_X] == pytest.approx(-15e-3))
+    visitor.wait_until(lambda: app.page.state.x[ACL_X] == pytest.approx(-15e-3))
     visitor.press("Reset ACL")
-    visitor.wait_until(lambda: app.session.state.x[ACL_X] == pytest.approx(-14e-3))
+    visitor.wait_until(lambda: app.page.state.x[ACL_X] == pytest.approx(-14e-3))
     visitor.wait_until(lambda: visitor.thumb("ACL femur x").get_attribute("aria-valuenow") == "-14")
 
 
@@ -174,7 +174,7 @@ def test_a_reloaded_page_shows_the_same_knee(visitor, app):
     visitor.tab("Knee")
     visitor.thumb("ACL femur x").focus()
     visitor.page.keyboard.press("End")
-    visitor.wait_until(lambda: app.session.state.x[ACL_X] == pytest.approx(-13e-3))
+    visitor.wait_until(lambda: app.page.state.x[ACL_X] == pytest.approx(-13e-3))
     visitor.open()
     visitor.wait_until(lambda: visitor.thumb("ACL femur x").get_attribute("aria-valuenow") == "-13")
     visitor.wait_until(lambda: np.allclose(current_angles(visitor, app), true_angles(app)))
@@ -216,7 +216,7 @@ def test_the_flat_view_does_not_tumble_and_the_3d_view_does(visitor, app):
     drag_scene(visitor)
     assert camera(visitor) == pytest.approx(flat, abs=1e-3)
     visitor.press("3D")
-    visitor.wait_until(lambda: app.session.view.scene.spatial)
+    visitor.wait_until(lambda: app.page.view.scene.spatial)
     visitor.wait_until(lambda: np.abs(np.subtract(camera(visitor), flat)).max() > 0.2)
     visitor.page.wait_for_timeout(500)
     before = camera(visitor)
@@ -227,8 +227,8 @@ def test_the_flat_view_does_not_tumble_and_the_3d_view_does(visitor, app):
 
 
 def test_the_live_worst_case_follows_a_bound(visitor, app):
-    session = app.session
-    eventually(lambda: session.exact_ready)
+    page = app.page
+    eventually(lambda: page.exact_ready)
     visitor.tab("Search")
     visitor.page.get_by_role("checkbox", name="Live worst case").or_(
         visitor.row("Live worst case").locator("input")
@@ -256,7 +256,7 @@ def test_the_live_worst_case_follows_a_bound(visitor, app):
     assert visitor.pixels(chart(app)) != picture
     box.fill("1")
     visitor.wait_until(lambda: np.allclose(drawn()[:4], before[:4]))
-    session.post("live", Asked(session.view.search.live, -1, False))
+    page.post("live", Asked(page.view.search.live, -1, False))
     visitor.wait_until(lambda: drawn()[0] is None)
 
 
@@ -301,7 +301,7 @@ def test_the_study_draws_a_band_and_sorted_bars(visitor, app):
         lambda: all(any(v is not None for v in edge) for edge in visitor.curve(chart(app))[3:5])
     )
     visitor.press("Influence")
-    visitor.wait_until(lambda: app.session.study.influence is not None, 120)
+    visitor.wait_until(lambda: app.page.study.influence is not None, 120)
     visitor.tab("Influence")
     visitor.page.get_by_text("decide the angle").wait_for()
     names = visitor.page.locator("svg text[x='112.0']").all_text_contents()

@@ -11,14 +11,16 @@ import jsonschema
 import numpy as np
 import pytest
 from commands import called
+from results import SCHEMA
+from searches import searched
 
-from kneecore import GeneticOptions, ParameterSpace, SearchResult, simulate, worst_case
+from kneecore import GeneticOptions, ParameterSpace, SearchResult, simulate
 from kneecore._assets import asset_path
 from kneecore.cli.search import main as search_main
 from kneecore.cli.simulate import main as simulate_main
+from kneecore.report.command import command_line
 
 SMALL = ["--pop-size", "20", "--generations", "10"]
-SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
 
 
 def run(module, *arguments, **options):
@@ -62,7 +64,7 @@ def test_what_is_printed_is_what_the_library_finds(capsys):
     )  # fmt: skip
     assert code == 0
     found = SearchResult.from_json(out)
-    expected = worst_case(
+    expected = searched(
         ParameterSpace("geometry", 0.5, 0.5),
         seed=3,
         training_samples=40,
@@ -74,8 +76,8 @@ def test_what_is_printed_is_what_the_library_finds(capsys):
         n_generations=10,
     )
     np.testing.assert_array_equal(found.x, expected.x)
-    assert found.command() == expected.command()
-    assert "--ga.blx-alpha 0.3" in found.command()
+    assert command_line(found) == command_line(expected)
+    assert "--ga.blx-alpha 0.3" in command_line(found)
 
 
 def test_the_command_in_a_result_gives_that_result_again(capsys, tmp_path, monkeypatch):
@@ -93,7 +95,7 @@ def test_out_writes_everything_and_force_is_needed_to_overwrite(capsys, tmp_path
     code, _, err = in_process(capsys, "--out", str(folder), *SMALL)
     assert code == 0
     assert "10 files written" in err
-    assert SearchResult.load(folder).pop_size == 20
+    assert SearchResult.load(folder).settings.pop_size == 20
     code, out, err = in_process(capsys, "--out", str(folder), *SMALL)
     assert (code, out) == (2, "")
     assert "holds a result.json already; another folder or --force is allowed" in err

@@ -7,41 +7,49 @@ import numpy as np
 import pytest
 from commands import called
 from results import SCHEMA, check_comes_back
+from searches import searched
 
-from kneecore import Cancelled, ParameterSpace, SearchResult, worst_case
+from kneecore import (
+    Cancelled,
+    Knee,
+    ParameterSpace,
+    SearchResult,
+    SearchSettings,
+    compare_methods,
+    with_methods,
+)
 from kneecore.cli.search import main
-from kneecore.search.compare import compare_methods, with_rivals
 
 SPACE = ParameterSpace(case="geometry", geometry_bound_mm=0.6)
 
 
 @pytest.fixture(scope="module")
 def plain():
-    return worst_case(SPACE, solver="equilibrium", pop_size=20, n_generations=5, seed=4)
+    return searched(SPACE, solver="equilibrium", pop_size=20, n_generations=5, seed=4)
 
 
 @pytest.fixture(scope="module")
 def result(plain):
-    return with_rivals(plain)
+    return with_methods(plain)
 
 
 def test_shortfalls_are_below_the_best_of_all(result, plain):
-    found = compare_methods(SPACE, solver="equilibrium", seed=4)
-    assert [r.method for r in result.rivals] == list(found)
-    ends = {name: trace.objective[-1] for name, trace in found.items()}
+    found = compare_methods(Knee(SPACE, solver="equilibrium"), SearchSettings(seed=4))
+    assert [t.method for t in result.methods] == [t.method for t in found]
+    ends = {trace.method: trace.objective[-1] for trace in found}
     best = max([plain.objective_model, *ends.values()])
     assert result.best_of_all == best
-    for rival in result.rivals:
-        expected = 100.0 * (best - ends[rival.method]) / best
-        assert rival.shortfall_percent(best) == pytest.approx(expected, abs=1e-9)
-        assert (rival.promised is None) == (rival.method in ("exact", "ga"))
-        assert result.seconds[f"compare_{rival.method}"] > 0.0
+    for trace in result.methods:
+        expected = 100.0 * (best - ends[trace.method]) / best
+        assert trace.shortfall_percent(best) == pytest.approx(expected, abs=1e-9)
+        assert (trace.promised is None) == (trace.method in ("exact", "ga"))
+        assert result.seconds[f"compare_{trace.method}"] > 0.0
 
 
 def test_the_search_itself_is_what_it_was(result, plain):
     np.testing.assert_array_equal(result.x, plain.x)
     assert result.objective_model == plain.objective_model
-    assert plain.rivals == ()
+    assert plain.methods == ()
     assert plain.best_of_all == plain.objective_model
 
 
@@ -51,8 +59,8 @@ def test_the_report_tells_every_shortfall(result):
     own = 100.0 * (1.0 - result.objective_model / result.best_of_all)
     assert own > 5.0  # twenty pairs and five generations
     assert f"this search: {own:.2f} %" in told
-    for rival in result.rivals:
-        assert f"{rival.shortfall_percent(result.best_of_all):.2f} % after" in told
+    for trace in result.methods:
+        assert f"{trace.shortfall_percent(result.best_of_all):.2f} % after" in told
 
 
 def test_json_follows_the_schema_and_comes_back(result):
@@ -63,7 +71,7 @@ def test_json_follows_the_schema_and_comes_back(result):
     with pytest.raises(ValueError, match="names the method 'luck'"):
         SearchResult.from_json(json.dumps(document))
     del document["comparison"]
-    assert SearchResult.from_json(json.dumps(document)).rivals == ()
+    assert SearchResult.from_json(json.dumps(document)).methods == ()
 
 
 def test_the_command_compares_and_draws(capsys, tmp_path):
@@ -80,4 +88,4 @@ def test_the_command_compares_and_draws(capsys, tmp_path):
 
 def test_a_cancelled_comparison_is_no_result(plain):
     with pytest.raises(Cancelled):
-        with_rivals(plain, lambda report: report.done > 50)
+        with_methods(plain, lambda report: report.done > 50)

@@ -4,16 +4,17 @@ import itertools
 
 import numpy as np
 import pytest
+from searches import knee_of
 
-from kneecore import MOMENT, ModelError, ParameterError, ParameterSpace, simulate_batch
-from kneecore.knee.model import KneeModel
-from kneecore.knee.slopes import SettledKnee
+from kneecore import MOMENT, Knee, ModelError, ParameterError, ParameterSpace, simulate_batch
+from kneecore.knee.model import ALONG_LOADS
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import ModelPair
 from kneecore.progress import Cancelled
-from kneecore.search.exact_model import ALONG_LOADS, exact_worst_case
-from kneecore.search.pattern_climb import climb_in_motion
+from kneecore.search.exact_model import exact_pair
+from kneecore.search.pattern_climb import climb_from_patterns
 from kneecore.search.sign_climb import ExactSettings, climb_pair, sign_patterns
+from kneecore.unit_model import UnitModel
 
 SPACE = ParameterSpace()
 
@@ -39,6 +40,14 @@ def multilinear(seed, bend=0.0, d=6, m=5, mixing=0.3):
         return (w * y).sum(axis=1), np.einsum("nj,njd->nd", w, by_input), y
 
     return outputs, slopes
+
+
+def exact_of(space=None, *, objective="all", seed=0, report=None, **options):
+    """Return the exact search's pair of knees, and its two knees, SI."""
+    knee = knee_of(space, options)
+    weights, settings = knee.weights(objective), ExactSettings(seed=seed)
+    found = exact_pair(knee, weights, settings=settings, report=report)
+    return found, knee.from_free_unit(found.u)
 
 
 def settled(space, x):
@@ -108,11 +117,11 @@ def test_brute_force_cases_need_all_kinds_of_patterns():
 
 
 def test_settled_worst_case_is_not_below_the_genetic_algorithm():
-    found = exact_worst_case(solver="equilibrium")
-    knee = SettledKnee(SPACE)
+    found, x = exact_of(solver="equilibrium")
+    knee = Knee(SPACE, solver="equilibrium")
 
     def angles(u):
-        return knee(u, np.zeros((len(u), 12)))[2]
+        return knee.slopes(u, np.zeros((len(u), 12)))[2]
 
     pairs = ModelPair(angles, np.ones(12))
     ga = [
@@ -120,14 +129,14 @@ def test_settled_worst_case_is_not_below_the_genetic_algorithm():
         for s in range(2)
     ]
     assert found.objective >= max(ga)
-    assert found.objective == pytest.approx(settled(SPACE, found.x), rel=1e-12)
-    assert found.evidence.objective_at_rest == found.objective
-    assert found.evidence.n_in_motion == 0
+    assert found.objective == pytest.approx(settled(SPACE, x), rel=1e-12)
+    assert found.evidence.objective_proxy == found.objective
+    assert found.evidence.n_models == 0
 
 
 @pytest.mark.parametrize("solver", ["dynamics", "equilibrium"])
 def test_no_single_parameter_improves_the_worst_case(solver):
-    found = exact_worst_case(solver=solver, seed=3)
+    found, _ = exact_of(solver=solver, seed=3)
     others = np.repeat(found.u[:, None], 56, axis=1)
     for k in range(28):
         others[:, k, k] = 1.0 - found.u[:, k]
@@ -137,69 +146,69 @@ def test_no_single_parameter_improves_the_worst_case(solver):
     responses = simulate_batch(SPACE.from_unit(others.reshape(-1, 28)), solver=solver)
     y = np.degrees(responses.flexion).reshape(2, 56, 12)
     for k in (0, 1):
-        assert np.abs(y[k] - found.flexion_deg[1 - k]).sum(axis=1).max() < found.objective
+        assert np.abs(y[k] - found.y[1 - k]).sum(axis=1).max() < found.objective
 
 
 def test_worst_case_in_motion_is_not_below_the_genetic_algorithm():
-    found = exact_worst_case(seed=1)
-    pairs = ModelPair(KneeModel(SPACE), np.ones(12))
+    found, x = exact_of(seed=1)
+    pairs = ModelPair(UnitModel(Knee(SPACE)), np.ones(12))
     ga = maximize(pairs, np.zeros(56), np.ones(56), pop_size=60, n_generations=40, seed=0)
     assert found.objective > ga.value
-    assert found.objective == pytest.approx(moved(SPACE, found.x), rel=1e-12)
-    assert found.evidence.n_in_motion > 0
-    assert found.flexion_deg[0, 5] < found.flexion_deg[1, 5]
+    assert found.objective == pytest.approx(moved(SPACE, x), rel=1e-12)
+    assert found.evidence.n_models > 0
+    assert found.y[0, 5] < found.y[1, 5]
 
 
 @pytest.mark.parametrize("solver", ["dynamics", "equilibrium"])
 def test_all_seeds_end_in_the_same_worst_case(solver):
-    values = [exact_worst_case(solver=solver, seed=s).objective for s in range(5)]
+    values = [exact_of(solver=solver, seed=s)[0].objective for s in range(5)]
     assert max(values) - min(values) < 1e-6
 
 
 def test_same_seed_same_bytes_on_any_number_of_threads():
-    one, two = (exact_worst_case(seed=5, threads=t) for t in (1, 2))
+    one, two = (exact_of(seed=5, threads=t)[0] for t in (1, 2))
     assert one.u.tobytes() == two.u.tobytes()
-    assert one.flexion_deg.tobytes() == two.flexion_deg.tobytes()
+    assert one.y.tobytes() == two.y.tobytes()
     assert vars(one.evidence) == vars(two.evidence)
 
 
 def test_motion_climbs_where_rest_has_misled():
     """With the baseline's rest lengths the knee creeps: the worst pair at rest is not the worst."""
-    found = exact_worst_case(rest_length="fixed")
+    found, x = exact_of(rest_length="fixed")
     evidence = found.evidence
     assert evidence.objective_before_climb is not None
     assert found.objective > 1.005 * evidence.objective_before_climb
-    assert found.objective == pytest.approx(moved(SPACE, found.x, "fixed"), rel=1e-12)
-    assert (SPACE.at_bounds(found.x) == 0).any()
+    assert found.objective == pytest.approx(moved(SPACE, x, "fixed"), rel=1e-12)
+    assert (SPACE.at_bounds(x) == 0).any()
 
 
 @pytest.mark.parametrize("objective", ["extension", "flexion"])
 def test_only_the_loads_that_count(objective):
-    found = exact_worst_case(objective=objective, solver="equilibrium")
+    found, _ = exact_of(objective=objective, solver="equilibrium")
     counts = (MOMENT > 0) == (objective == "extension")
-    difference = np.abs(found.flexion_deg[0] - found.flexion_deg[1])
+    difference = np.abs(found.y[0] - found.y[1])
     assert found.objective == pytest.approx(difference[counts].sum())
-    both = exact_worst_case(solver="equilibrium")
-    assert found.objective > np.abs(both.flexion_deg[0] - both.flexion_deg[1])[counts].sum()
+    both, _ = exact_of(solver="equilibrium")
+    assert found.objective > np.abs(both.y[0] - both.y[1])[counts].sum()
 
 
 def test_cases_search_their_own_parameters():
     space = ParameterSpace(case="material")
-    found = exact_worst_case(space, solver="equilibrium")
+    found, x = exact_of(space, solver="equilibrium")
     assert found.u.shape == (2, 6)
-    np.testing.assert_array_equal(found.x[:, :22], np.tile(space.baseline[:22], (2, 1)))
-    assert (space.at_bounds(found.x)[:, 22:] != 0).all()
-    assert found.objective < 0.2 * exact_worst_case(solver="equilibrium").objective
+    np.testing.assert_array_equal(x[:, :22], np.tile(space.baseline[:22], (2, 1)))
+    assert (space.at_bounds(x)[:, 22:] != 0).all()
+    assert found.objective < 0.2 * exact_of(solver="equilibrium")[0].objective
 
 
 def test_knees_without_an_equilibrium_are_left_out_and_counted():
     half = {"pcl_stiffness": SPACE.baseline[23], "acl_stiffness": 1e6}
     space = ParameterSpace(half_ranges=half, geometry_bound_mm=0.0, material_bound_percent=0.0,
                            slope_bound_deg=0.0)  # fmt: skip
-    found = exact_worst_case(space, solver="equilibrium")
-    assert found.evidence.n_lost > 0
+    found, _ = exact_of(space, solver="equilibrium")
+    assert found.evidence.n_failed > 0
     assert np.isfinite(found.objective)
-    assert np.isfinite(found.flexion_deg).all()
+    assert np.isfinite(found.y).all()
 
 
 def test_motion_knows_failures():
@@ -209,8 +218,8 @@ def test_motion_knows_failures():
     def failing(u):
         return np.full((len(u), 5), np.nan)
 
-    assert climb_in_motion(failing, found, np.ones(5)).value == -np.inf
-    assert climb_in_motion(outputs, found, np.ones(5)).value == pytest.approx(found.value)
+    assert climb_from_patterns(failing, found, np.ones(5)).value == -np.inf
+    assert climb_from_patterns(outputs, found, np.ones(5)).value == pytest.approx(found.value)
 
 
 def test_a_report_can_end_the_search_at_any_batch():
@@ -220,8 +229,8 @@ def test_a_report_can_end_the_search_at_any_batch():
         seen.append(best)
         return np.isfinite(best)
 
-    found = exact_worst_case(solver="equilibrium", report=report)
-    whole = exact_worst_case(solver="equilibrium")
+    found, _ = exact_of(solver="equilibrium", report=report)
+    whole, _ = exact_of(solver="equilibrium")
     assert np.isfinite(seen).tolist() == [False] * (len(seen) - 1) + [True]
     assert found.evidence.n_evaluations < whole.evidence.n_evaluations
     assert found.objective <= whole.objective
@@ -235,19 +244,19 @@ def test_a_search_that_is_ended_before_it_has_a_pair_is_cancelled():
         return len(seen) == 2
 
     with pytest.raises(Cancelled):
-        exact_worst_case(solver="equilibrium", report=second)
+        exact_of(solver="equilibrium", report=second)
     assert len(seen) == 2  # within the first climbs, not after them
 
 
 def test_a_report_changes_nothing():
-    quiet = exact_worst_case(solver="equilibrium")
-    told = exact_worst_case(solver="equilibrium", report=lambda *_: False)
+    quiet, _ = exact_of(solver="equilibrium")
+    told, _ = exact_of(solver="equilibrium", report=lambda *_: False)
     assert quiet.u.tobytes() == told.u.tobytes()
 
 
 def test_refused():
     with pytest.raises(ParameterError, match="`solver` is 'both'"):
-        exact_worst_case(solver="both")
+        exact_of(solver="both")
     with pytest.raises(ParameterError, match="`n_kicks` is 0"):
         ExactSettings(n_kicks=0)
 

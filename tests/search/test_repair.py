@@ -7,30 +7,39 @@ import numpy as np
 import pytest
 from commands import called
 from results import SCHEMA, check_comes_back
+from searches import searched, sum_of
 
 import kneecore.search.repair
-from kneecore import ParameterError, ParameterSpace, SearchResult, simulate_batch, worst_case
+from kneecore import (
+    Input,
+    Knee,
+    Model,
+    Output,
+    ParameterError,
+    ParameterSpace,
+    SearchResult,
+    SearchSettings,
+    simulate_batch,
+    worst_case,
+)
 from kneecore.cli.search import main
-from kneecore.search.exact_model import exact_worst_case
+from kneecore.report.command import command_line
+from kneecore.search.exact_model import exact_pair
 
 SMALL = ParameterSpace(case="material")
 
 
 @pytest.fixture(scope="module")
 def result():
-    return worst_case(SMALL, method="exact", repair=True, seed=2)
-
-
-def sum_of(result):
-    return float(np.degrees(np.abs(result.model_1.flexion - result.model_2.flexion)).sum())
+    return searched(SMALL, method="exact", repair=True, seed=2)
 
 
 @pytest.mark.parametrize("solver", ["dynamics", "equilibrium"])
 @pytest.mark.parametrize("seed", [0, 8, 129])
 def test_all_parameters_within_one_per_cent_of_the_exact_search(solver, seed):
-    exact = exact_worst_case(solver=solver).objective
-    plain = worst_case(method="exact", search_space="surrogate", solver=solver, seed=seed)
-    repaired = worst_case(method="exact", repair=True, solver=solver, seed=seed)
+    exact = exact_pair(Knee(solver=solver)).objective
+    plain = searched(method="exact", search_space="surrogate", solver=solver, seed=seed)
+    repaired = searched(method="exact", repair=True, solver=solver, seed=seed)
     repair = repaired.repair
     assert plain.objective_model < 0.98 * exact  # there is something to repair
     assert abs(repair.rounds[-1].gap_percent) < 1.0
@@ -41,8 +50,8 @@ def test_all_parameters_within_one_per_cent_of_the_exact_search(solver, seed):
 
 
 def test_the_genetic_algorithm_is_repaired_too():
-    exact = exact_worst_case(SMALL).objective
-    repaired = worst_case(SMALL, repair=True, pop_size=60, n_generations=60)
+    exact = exact_pair(Knee(SMALL)).objective
+    repaired = searched(SMALL, repair=True, pop_size=60, n_generations=60)
     assert repaired.objective_model > 0.99 * exact
     assert repaired.repair.reached
     assert repaired.counts["pairs_evaluated"] > 60 * 60
@@ -50,7 +59,7 @@ def test_the_genetic_algorithm_is_repaired_too():
 
 def test_the_result_says_what_it_is(result):
     repair = result.repair
-    assert result.search_space == "surrogate"
+    assert result.settings.search_space == "surrogate"
     assert result.objective_model == pytest.approx(sum_of(result), abs=1e-9)
     assert result.objective_surrogate == repair.rounds[-1].objective_surrogate
     assert len(result.training_x) == 50 + repair.n_models
@@ -63,7 +72,7 @@ def test_the_result_says_what_it_is(result):
 
 def test_the_samples_are_what_the_model_says(result):
     batch = simulate_batch(result.training_x, baseline=SMALL.baseline)
-    np.testing.assert_allclose(result.training_flexion, batch.flexion, rtol=1e-12)
+    np.testing.assert_allclose(np.radians(result.training_y), batch.flexion, rtol=1e-12)
     pairs = np.degrees(np.abs(batch.flexion[:, None] - batch.flexion)).sum(axis=2)
     assert result.objective_model == pytest.approx(pairs.max(), abs=1e-9)
 
@@ -76,7 +85,7 @@ def test_no_model_is_computed_twice(result):
 
 
 def test_the_first_gap_is_that_of_the_search_without_repair(result):
-    plain = worst_case(SMALL, method="exact", search_space="surrogate", seed=2)
+    plain = searched(SMALL, method="exact", search_space="surrogate", seed=2)
     assert result.repair.rounds[0].objective_surrogate == plain.objective_surrogate
     assert result.repair.rounds[0].gap_percent == pytest.approx(plain.gap_percent, abs=1e-9)
 
@@ -93,7 +102,7 @@ def test_json_follows_the_schema_and_comes_back(result):
 
 
 def test_the_command_gives_the_same_result_again(result, capsys):
-    words = result.command().removeprefix("python -m kneecore.search ").split()
+    words = command_line(result).removeprefix("python -m kneecore.search ").split()
     assert "--repair" in words
     code, out, _ = called(capsys, main, *words, "--json", "--quiet", "--threads", "1")
     assert code == 0
@@ -106,20 +115,20 @@ def test_the_command_gives_the_same_result_again(result, capsys):
 def test_files_hold_the_repairs_figure(result, tmp_path):
     names = {path.name for path in result.save(tmp_path / "out")}
     assert {"figure_5_repair.png", "figure_5_repair.svg"} <= names
-    plain = worst_case(SMALL, pop_size=20, n_generations=5)
+    plain = searched(SMALL, pop_size=20, n_generations=5)
     plain.save(tmp_path / "out", force=True)
     assert not list((tmp_path / "out").glob("figure_5*"))
 
 
 def test_as_few_models_as_were_allowed():
     for allowed in (2, 3, 5):
-        few = worst_case(SMALL, method="exact", repair=True, repair_models=allowed)
+        few = searched(SMALL, method="exact", repair=True, repair_models=allowed)
         assert few.repair.n_models <= allowed
         assert few.repair.rounds[0].n_models == 2
 
 
 def test_a_goal_that_is_out_of_reach_is_told():
-    hard = worst_case(method="exact", repair=True, repair_models=2, repair_gap_percent=0.5)
+    hard = searched(method="exact", repair=True, repair_models=2, repair_gap_percent=0.5)
     assert hard.stop_reason == "not_repaired"
     assert not hard.repair.reached
     assert "not repaired" in str(hard)
@@ -133,8 +142,15 @@ def holed(k):
 
 
 def test_failed_models_are_counted_and_in_no_fit():
-    wide = {"lower": [90.0, 45.0], "upper": [110.0, 55.0], "training_samples": 20}
-    pair = worst_case(model=holed, **wide, method="exact", repair=True, repair_models=12)
+    springs = Model(
+        holed,
+        [Input("k_1", lower=90.0, upper=110.0), Input("k_2", lower=45.0, upper=55.0)],
+        [Output("stretch", axis=(1, 2, 5))],
+        batched=True,
+    )
+    pair = worst_case(
+        springs, SearchSettings(training_samples=20, method="exact", repair=True, repair_models=12)
+    )
     assert pair.repair.n_failed >= 1
     assert np.isfinite(pair.y).all()
     assert pair.repair.rounds[0].gap_percent is None
@@ -143,18 +159,18 @@ def test_failed_models_are_counted_and_in_no_fit():
 
 
 def test_knees_that_fail_in_the_corner_do_not_cost_the_answer():
-    fixed = worst_case(method="exact", repair=True, rest_length="fixed")
-    plain = worst_case(method="exact", search_space="surrogate", rest_length="fixed")
+    fixed = searched(method="exact", repair=True, rest_length="fixed")
+    plain = searched(method="exact", search_space="surrogate", rest_length="fixed")
     assert plain.objective_model is None
     assert fixed.objective_model == pytest.approx(sum_of(fixed), abs=1e-9)
 
 
 def test_same_seed_same_bytes_on_any_number_of_threads():
-    one, two = (worst_case(SMALL, repair=True, pop_size=40, n_generations=20, threads=t)
+    one, two = (searched(SMALL, repair=True, pop_size=40, n_generations=20, threads=t)
                 for t in (1, 2))  # fmt: skip
     assert one.x.tobytes() == two.x.tobytes()
     assert one.repair == two.repair
-    assert one.training_flexion.tobytes() == two.training_flexion.tobytes()
+    assert one.training_y.tobytes() == two.training_y.tobytes()
 
 
 @pytest.mark.parametrize("method", ["ga", "exact"])
@@ -162,7 +178,7 @@ def test_a_callback_cancels_and_keeps_what_there_is(method):
     def stop(report):
         return report.stage == "repair" and report.done >= 4
 
-    found = worst_case(method=method, repair=True, callback=stop)
+    found = searched(method=method, repair=True, callback=stop)
     assert found.stop_reason == "cancelled"
     assert 4 <= found.repair.n_models < 40
     assert found.objective_model == pytest.approx(sum_of(found), abs=1e-9)
@@ -179,7 +195,7 @@ def test_each_model_of_the_pair_keeps_its_place(monkeypatch):
         return done
 
     monkeypatch.setattr(kneecore.search.repair._Repairing, "_try_one", watched)
-    worst_case(method="exact", repair=True, solver="equilibrium")
+    searched(method="exact", repair=True, solver="equilibrium")
     sides = {bool(y[0, 5] > y[1, 5]) for _, y in tried}
     assert len(tried) > 10
     assert len(sides) == 1
@@ -199,7 +215,7 @@ def test_each_model_of_the_pair_keeps_its_place(monkeypatch):
 )
 def test_conflicting_arguments_are_refused(arguments, said):
     with pytest.raises(ParameterError) as error:
-        worst_case(SMALL, **arguments)
+        searched(SMALL, **arguments)
     assert said in str(error.value)
 
 

@@ -3,16 +3,19 @@
 import csv
 import io
 import json
+import os
+from dataclasses import replace
 
 import jsonschema
 import numpy as np
 import pytest
+from results import KNEE_KEYS, SCHEMA
+from searches import searched
 
-from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, worst_case
-from kneecore._assets import asset_path
+from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, simulate
 from kneecore.files import folder as output
-
-SCHEMA = json.loads(asset_path("result.schema.json").read_text(encoding="utf-8"))
+from kneecore.files.search import curves_csv
+from kneecore.report.command import command_line
 
 
 @pytest.fixture(scope="module", params=["surrogate", "model", "own space"])
@@ -25,8 +28,8 @@ def result(request):
             title="mine <b>&",
             note=None,
         )
-        return worst_case(space, pop_size=20, n_generations=10, n_runs=2, objective="extension")
-    return worst_case(search_space=request.param, pop_size=20, n_generations=10, seed=4)
+        return searched(space, pop_size=20, n_generations=10, n_runs=2, objective="extension")
+    return searched(search_space=request.param, pop_size=20, n_generations=10, seed=4)
 
 
 def test_json_follows_the_schema(result):
@@ -41,7 +44,7 @@ def test_the_schema_refuses_what_is_wrong(result):
 
 
 def test_every_key_is_documented(result):
-    assert set(json.loads(result.to_json())) == set(SCHEMA["properties"])
+    assert set(json.loads(result.to_json())) == KNEE_KEYS
 
 
 def test_reading_and_writing_again_changes_no_byte(result):
@@ -49,37 +52,38 @@ def test_reading_and_writing_again_changes_no_byte(result):
     again = SearchResult.from_json(text)
     assert again.to_json() == text
     np.testing.assert_array_equal(again.x, result.x)
-    np.testing.assert_array_equal(again.space.lower, result.space.lower)
-    np.testing.assert_allclose(again.model_1.flexion, result.model_1.flexion, atol=1e-12)
+    np.testing.assert_array_equal(again.model.lower, result.model.lower)
+    flexion, expected = (r.responses["model_1"].flexion for r in (again, result))
+    np.testing.assert_allclose(flexion, expected, atol=1e-12)
     assert str(again) == str(result)
 
 
 def test_csv_has_a_row_for_each_model_and_load(result):
-    rows = list(csv.DictReader(io.StringIO(result.curves_csv())))
+    rows = list(csv.DictReader(io.StringIO(curves_csv(result))))
     assert [r["model"] for r in rows] == ["baseline"] * 12 + ["model_1"] * 12 + ["model_2"] * 12
     angles = [float(r["flexion_deg"]) for r in rows[12:24]]
-    np.testing.assert_allclose(angles, np.degrees(result.model_1.flexion), atol=1e-9)
+    np.testing.assert_allclose(angles, np.degrees(result.responses["model_1"].flexion), atol=1e-9)
     tension = [float(r["tension_pcl_n"]) for r in rows[:12]]
-    np.testing.assert_allclose(tension, result.baseline.tension[:, 1], atol=1e-9)
+    np.testing.assert_allclose(tension, result.responses["baseline"].tension[:, 1], atol=1e-9)
 
 
 def test_failed_models_are_null_and_come_back(tmp_path):
-    from dataclasses import replace
-
-    from kneecore import simulate
-
     x = ParameterSpace().baseline.copy()
     x[22:26] *= 1e5
-    whole = worst_case(search_space="model", pop_size=20, n_generations=2)
-    failed = replace(whole, model_2=simulate(x), objective_model=None)
+    whole = searched(search_space="model", pop_size=20, n_generations=2)
+    y = whole.y.copy()
+    y[1] = np.nan
+    responses = {**whole.responses, "model_2": simulate(x)}
+    failed = replace(whole, y=y, responses=responses, objective_model=None)
     document = json.loads(failed.to_json())
     jsonschema.validate(document, SCHEMA)
     assert document["flexion_deg"]["model_2"] == [None] * 12
     assert document["extension_difference_deg"] is None
     assert document["status"]["model_2"] == "failed"
-    assert ",failed" in failed.curves_csv()
+    assert ",failed" in curves_csv(failed)
     again = SearchResult.from_json(failed.to_json())
-    assert np.isnan(again.model_2.flexion).all()
+    assert np.isnan(again.responses["model_2"].flexion).all()
+    assert np.isnan(again.y[1]).all()
     assert "fails for model_2" in str(again)
     assert len(failed.save(tmp_path)) == 10  # figures of what there is
 
@@ -98,9 +102,9 @@ def test_save_writes_all_files_and_load_reads_them(result, tmp_path):
     assert SearchResult.load(folder).to_json() == result.to_json()
     assert SearchResult.load(folder / "result.json").to_json() == result.to_json()
     if "knee.toml" in names:
-        again = ParameterSpace.from_file(folder / "knee.toml", case=result.case)
-        np.testing.assert_array_equal(again.lower, result.space.lower)
-        np.testing.assert_array_equal(again.upper, result.space.upper)
+        again = ParameterSpace.from_file(folder / "knee.toml", case=result.model.space.case)
+        np.testing.assert_array_equal(again.lower, result.model.lower)
+        np.testing.assert_array_equal(again.upper, result.model.upper)
 
 
 def test_figures_are_the_same_bytes_again(result, tmp_path):
@@ -154,8 +158,6 @@ def test_an_overwritten_result_leaves_no_stale_files(result, tmp_path):
 
 
 def test_files_have_the_users_usual_permissions(tmp_path):
-    import os
-
     before = os.umask(0o027)
     try:
         output.write_all(tmp_path, [("file.txt", b"")])
@@ -182,7 +184,8 @@ def test_a_folder_that_cannot_be_made(result, tmp_path):
         (lambda d: d.update(parameters=3), "must hold two knees"),
         (lambda d: d["status"].update(model_1="failed"), "does not fit"),
         (lambda d: d["search"]["options"].update(mutants=1), "no usable result"),
-        (lambda d: d.update(seed=float("inf")), "no usable result"),
+        (lambda d: d.update(seed=float("inf")), "not a JSON file: Infinity is no number there"),
+        (lambda d: d.update(seed="first"), "`seed` is 'first'; a whole number"),
         (lambda d: d.update(objective_model="x"), "`objective_model` is 'x'; a number or null"),
         (lambda d: d.update(gap_percent=[]), "`gap_percent` is"),
         (lambda d: d["counts"].clear(), "is missing"),
@@ -216,26 +219,26 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
 def test_a_search_around_another_knee_is_repeated_from_its_files(tmp_path):
     centre = ParameterSpace().from_unit(np.linspace(0.2, 0.8, 28))
     space = ParameterSpace(centre=centre, geometry_bound_mm=0.6)
-    found = worst_case(space, method="exact", solver="equilibrium")
+    found = searched(space, method="exact", solver="equilibrium")
     found.save(tmp_path, figures=False)
-    assert "--baseline knee.toml --around current" in found.command()
+    assert "--baseline knee.toml --around current" in command_line(found)
     jsonschema.validate(json.loads(found.to_json()), SCHEMA)
     loaded = SearchResult.load(tmp_path)
-    np.testing.assert_array_equal(loaded.space.centre, centre)
-    np.testing.assert_array_equal(loaded.space.lower, space.lower)
+    np.testing.assert_array_equal(loaded.model.space.centre, centre)
+    np.testing.assert_array_equal(loaded.model.space.lower, space.lower)
     again = ParameterSpace.from_file(tmp_path / "knee.toml", around="current")
-    repeated = worst_case(again, method="exact", solver="equilibrium")
+    repeated = searched(again, method="exact", solver="equilibrium")
     np.testing.assert_allclose(repeated.x, found.x, rtol=1e-12)
     assert repeated.objective_model == pytest.approx(found.objective_model, rel=1e-12)
     # The box is around another knee, the load-free pose is still the baseline's.
-    own = worst_case(
+    own = searched(
         ParameterSpace(baseline=centre, geometry_bound_mm=0.6), method="exact", solver="equilibrium"
     )
     assert own.objective_model != pytest.approx(found.objective_model, rel=1e-6)
 
 
 def test_the_command_names_what_differs_from_the_defaults():
-    short = worst_case(pop_size=20, n_generations=2, training_samples=30, seed=5)
-    assert short.command() == (
+    short = searched(pop_size=20, n_generations=2, training_samples=30, seed=5)
+    assert command_line(short) == (
         "python -m kneecore.search --training-samples 30 --pop-size 20 --generations 2 --seed 5"
     )

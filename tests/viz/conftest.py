@@ -1,13 +1,13 @@
-"""A real server for the tests that speak to it over the wire."""
+"""A real server for the tests that speak to it over a WebSocket."""
 
 import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from viz.wire_client import WireClient
+from viz.websocket_client import WebSocketClient
 
+from kneeviz.page.page import Page
 from kneeviz.server.app import App
-from kneeviz.server.session import Session
 
 
 def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:
@@ -22,27 +22,27 @@ def eventually(condition: Callable[[], object], timeout: float = 60.0) -> None:
 def app() -> Iterator[App]:
     running = App(port=0)
     try:
-        eventually(lambda: running.session.surrogate_ready, 60.0)
+        eventually(lambda: running.page.surrogate_ready, 60.0)
         yield running
     finally:
         running.stop()
 
 
 @pytest.fixture
-def session(app: App) -> Session:
-    """The shared session, back at the baseline and paused."""
-    session = app.session
-    if not session.state.at_baseline:
-        session.post("reset_all")
-    session.post("reset_all")
-    eventually(lambda: session.state.at_baseline)
-    eventually(lambda: session._morph is None)
-    return session
+def page(app: App) -> Page:
+    """The shared page, back at the baseline and paused."""
+    page = app.page
+    if not page.state.at_baseline:
+        page.post("reset_all")
+    page.post("reset_all")
+    eventually(lambda: page.state.at_baseline)
+    eventually(lambda: not page.animation.morphing)
+    return page
 
 
 @pytest.fixture
-def visitor(app: App) -> Iterator[WireClient]:
-    with WireClient(app.server.get_port()) as client:
+def visitor(app: App) -> Iterator[WebSocketClient]:
+    with WebSocketClient(app.server.get_port()) as client:
         client.wait(lambda c: c.counts.get("ReplayDoneMessage"))
         eventually(lambda: app.server.get_clients())
         yield client

@@ -78,6 +78,7 @@ def test_help_is_quick_and_names_every_option():
     assert done.returncode == 0
     for option in (
         "--host", "--port", "--baseline", "--result", "--shared", "--per-visitor", "--no-browser",
+        "--token", "--no-token", "--allow-host",
     ):  # fmt: skip
         assert option in done.stdout
 
@@ -92,6 +93,8 @@ def test_help_is_quick_and_names_every_option():
         (["--baseline", "nowhere.toml"], "nowhere.toml"),
         (["--result", "nowhere.json"], "nowhere.json"),
         (["--shared", "--per-visitor"], "only one"),
+        (["--token", "--no-token"], "only one"),
+        (["--allow-host", "http://x.org"], "http://x.org"),
     ],
 )
 def test_a_wrong_option_gives_one_line_and_exit_code_2(arguments, words):
@@ -145,8 +148,8 @@ def test_the_files_of_the_options_are_opened(tmp_path):
     app = command.start(options)
     try:
         radius = kneecore.NAMES.index("condyle_radius")
-        assert app.session.state.x[radius] == pytest.approx(31.0e-3)
-        assert app.session.state.result.seed == 9
-        assert not app.session.view.files.result["result.json"].disabled
+        assert app.page.state.x[radius] == pytest.approx(31.0e-3)
+        assert app.page.state.result.seed == 9
+        assert not app.page.view.files.result["result.json"].disabled
     finally:
         app.stop()

@@ -5,7 +5,7 @@ import zipfile
 import pytest
 
 import kneecore
-from kneecore import FileFormatError, Knee
+from kneecore import FileFormatError, KneeFile
 from kneecore._assets import asset_path
 from kneecore.search.result import SearchResult
 from kneeviz.actions import downloads as files
@@ -19,8 +19,8 @@ def result():
 
 
 def test_a_knee_file_is_read_whatever_its_name():
-    assert isinstance(files.read_upload("knee.toml", KNEE), Knee)
-    assert isinstance(files.read_upload("readme", KNEE), Knee)
+    assert isinstance(files.read_upload("knee.toml", KNEE), KneeFile)
+    assert isinstance(files.read_upload("readme", KNEE), KneeFile)
 
 
 def test_a_downloaded_result_is_read_again(result):

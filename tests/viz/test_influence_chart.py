@@ -8,8 +8,9 @@ import pytest
 import kneecore
 from kneecore import MOMENT, ParameterSpace
 from kneeviz.views import theme
-from kneeviz.views.html import influence as influence_chart
-from kneeviz.views.html import pieces as markup
+from kneeviz.views.html import influence
+from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.pieces import escape, number
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +20,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def labels(found):
-    return [markup.escape(markup.parameter_label(name)) for name in found.names]
+    return [escape(parameter_label(name)) for name in found.names]
 
 
 def places(svg, labels):
@@ -33,14 +34,14 @@ def places(svg, labels):
 
 @pytest.mark.parametrize("load", [0, 5, 11])
 def test_bars_are_sorted_by_the_total_index(found, labels, load):
-    tops = places(influence_chart.bars(found, load, theme.LIGHT), labels)
+    tops = places(influence.bars(found, load, theme.LIGHT), labels)
     shown = sorted(labels, key=tops.__getitem__)
     order = np.argsort(-found.indices.total_order[load], kind="stable")
     assert shown == [labels[k] for k in order]
 
 
 def test_a_bar_is_as_long_as_its_index(found, labels):
-    svg = influence_chart.bars(found, 5, theme.LIGHT)
+    svg = influence.bars(found, 5, theme.LIGHT)
     largest = int(np.argmax(found.indices.total_order[5]))
     group = svg[svg.index(f"<title>{labels[largest]}:") :]
     pale, solid = (float(w) for w in re.findall(r'<rect[^>]* width="([\d.]+)"', group)[:2])
@@ -52,7 +53,7 @@ def test_a_bar_is_as_long_as_its_index(found, labels):
 
 
 def test_the_heat_map_has_every_load_and_parameter(found, labels):
-    svg = influence_chart.heat_map(found, 5, theme.DARK)
+    svg = influence.heat_map(found, 5, theme.DARK)
     places(svg, labels)
     for k, label in enumerate(labels):
         for load in range(12):
@@ -62,7 +63,7 @@ def test_the_heat_map_has_every_load_and_parameter(found, labels):
 
 
 def test_groups_and_interactions_make_a_whole(found):
-    text = influence_chart.groups(found, 5, theme.LIGHT)
+    text = influence.groups(found, 5, theme.LIGHT)
     shares = [int(n) for n in re.findall(r"([\d]+) %</span>", text)]
     assert sum(shares[:-1]) + shares[-1] == pytest.approx(100, abs=4)
     first = max(found.groups, key=lambda name: found.groups[name][5])
@@ -74,12 +75,12 @@ def test_groups_and_interactions_make_a_whole(found):
 def test_the_worst_cases_slopes_are_sorted_and_signed():
     result = kneecore.worst_case(pop_size=20, n_generations=10)
     slopes = kneecore.worst_case_slopes(result)
-    svg = influence_chart.slopes(slopes, 5, theme.LIGHT)
-    names = [markup.escape(markup.parameter_label(n)) for n in slopes.names]
+    svg = influence.slopes(slopes, 5, theme.LIGHT)
+    names = [escape(parameter_label(n)) for n in slopes.names]
     tops = places(svg, names)
     order = np.argsort(-np.abs(slopes.slopes_deg[:, 5]).sum(axis=0), kind="stable")
     assert sorted(names, key=tops.__getitem__) == [names[k] for k in order]
-    value = markup.number(float(slopes.slopes_deg[0, 5, order[0]]), 2, "°")
+    value = number(float(slopes.slopes_deg[0, 5, order[0]]), 2, "°")
     assert f"<title>{names[order[0]]}: model 1 {value}" in svg
 
 
@@ -87,5 +88,5 @@ def test_an_angle_that_does_not_vary_is_told():
     names = dict.fromkeys(kneecore.NAMES, 0.0) | {"mcl_tibia_y": 1e-6}
     found = kneecore.influence(ParameterSpace(half_ranges=names), n_base=16, intervals=False)
     assert found.indices.constant[5]
-    assert "does not vary" in influence_chart.bars(found, 5, theme.LIGHT)
-    assert "does not vary" in influence_chart.heat_map(found, 5, theme.LIGHT)
+    assert "does not vary" in influence.bars(found, 5, theme.LIGHT)
+    assert "does not vary" in influence.heat_map(found, 5, theme.LIGHT)

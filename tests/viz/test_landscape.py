@@ -8,12 +8,13 @@ import pytest
 import kneecore
 from kneecore import NAMES, ParameterSpace
 from kneecore.study.landscape import DEFICIT
-from kneeviz.geometry import surfaces as landscape
-from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box, Mark
+from kneeviz.geometry import surfaces
+from kneeviz.geometry.picture import Mark, picture
+from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box
 from kneeviz.state.knee import KneeState
-from kneeviz.state.landscape import LandscapeShow
+from kneeviz.state.landscape import LandscapeState
 from kneeviz.views import theme
-from kneeviz.views.html import study as study_markup
+from kneeviz.views.html.landscape import error_words, landscape_key
 
 FIRST, SECOND = "condyle_x", "acl_femur_x"
 AT = NAMES.index(FIRST), NAMES.index(SECOND)
@@ -41,9 +42,7 @@ def shown(found, surrogate, space):
     said = np.degrees(surrogate.predict(space.baseline))
     corner = np.array(space.upper)
     worst = [(corner, own + 30.0), (np.array(space.lower), own - 40.0)]
-    return landscape.picture(
-        found, LOAD, own_deg=own, predicted_deg=said, surrogate=surrogate, worst=worst
-    )
+    return picture(found, LOAD, own_deg=own, predicted_deg=said, surrogate=surrogate, worst=worst)
 
 
 def height_of(box, point):
@@ -61,16 +60,16 @@ class TestBox:
 
     @pytest.mark.parametrize(("span", "step"), [(10.0, 2.0), (25.0, 5.0), (1.0, 0.2), (53.0, 10.0)])
     def test_steps_are_round(self, span, step):
-        assert landscape.nice_step(span, 5) == pytest.approx(step)
+        assert surfaces.nice_step(span, 5) == pytest.approx(step)
 
     def test_it_holds_all_that_is_shown(self, shown):
-        box = landscape.box_around(shown, zoom=False)
+        box = surfaces.box_around(shown, zoom=False)
         every = [shown.model, shown.surrogate, shown.training[:, 2], [m.value for m in shown.worst]]
         assert all(box.holds(values).all() for values in every)
         assert box.low / box.step == pytest.approx(round(box.low / box.step))
 
     def test_zoomed_it_holds_the_sheets_and_the_visitors_knee(self, shown):
-        wide, close = (landscape.box_around(shown, zoom=z) for z in (False, True))
+        wide, close = (surfaces.box_around(shown, zoom=z) for z in (False, True))
         assert box_height(close) < box_height(wide)
         assert close.holds(shown.model).all()
         assert close.holds(shown.surrogate).all()
@@ -85,9 +84,9 @@ class TestBox:
             own=Mark(place=(0.5, 0.5), value=3.0),
             predicted=None,
         )
-        box = landscape.box_around(flat, zoom=True)
+        box = surfaces.box_around(flat, zoom=True)
         assert box_height(box) >= 1.0
-        assert np.ptp(landscape.sheet(box, flat.model)[0][:, 1]) < 1e-9
+        assert np.ptp(surfaces.sheet(box, flat.model)[0][:, 1]) < 1e-9
 
 
 def box_height(box):
@@ -96,8 +95,8 @@ def box_height(box):
 
 class TestSheets:
     def test_vertices_stand_at_the_grids_angles(self, shown, found):
-        box = landscape.box_around(shown, zoom=False)
-        vertices, faces = landscape.sheet(box, shown.model)
+        box = surfaces.box_around(shown, zoom=False)
+        vertices, faces = surfaces.sheet(box, shown.model)
         assert faces.shape == (2 * 4 * 4, 3)
         for a, b in ((0, 0), (4, 0), (1, 3)):
             point = vertices.reshape(5, 5, 3)[a, b]
@@ -106,8 +105,8 @@ class TestSheets:
             assert point[2] == pytest.approx(-SIDE * (b / 4 - 0.5))
 
     def test_the_triangles_cover_the_floor_once(self, shown):
-        box = landscape.box_around(shown, zoom=False)
-        vertices, faces = landscape.sheet(box, shown.model)
+        box = surfaces.box_around(shown, zoom=False)
+        vertices, faces = surfaces.sheet(box, shown.model)
         a, b, c = (vertices[faces[:, k]][:, [0, 2]] for k in range(3))
         one, two = b - a, c - a
         area = 0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
@@ -116,19 +115,19 @@ class TestSheets:
     def test_a_failed_model_leaves_a_hole(self, shown):
         holed = shown.model.copy()
         holed[2, 2] = np.nan
-        box = landscape.box_around(shown, zoom=False)
-        vertices, faces = landscape.sheet(box, holed)
+        box = surfaces.box_around(shown, zoom=False)
+        vertices, faces = surfaces.sheet(box, holed)
         assert np.isfinite(vertices).all()
         assert 12 not in faces
         assert len(faces) == 32 - 6
-        lines = landscape.mesh_lines(box, holed)
+        lines = surfaces.mesh_lines(box, holed)
         assert np.isfinite(lines).all()
-        assert len(lines) == len(landscape.mesh_lines(box, shown.model)) - 4
+        assert len(lines) == len(surfaces.mesh_lines(box, shown.model)) - 4
 
     def test_lines_lie_on_the_sheet(self, shown):
-        box = landscape.box_around(shown, zoom=False)
-        corners = {tuple(v) for v in landscape.sheet(box, shown.model)[0].round(9)}
-        ends = landscape.mesh_lines(box, shown.model).reshape(-1, 3).round(9)
+        box = surfaces.box_around(shown, zoom=False)
+        corners = {tuple(v) for v in surfaces.sheet(box, shown.model)[0].round(9)}
+        ends = surfaces.mesh_lines(box, shown.model).reshape(-1, 3).round(9)
         assert {tuple(v) for v in ends} <= corners
 
 
@@ -142,14 +141,14 @@ class TestMarks:
         one, two = shown.worst
         assert (one.place, two.place) == ((1.0, 1.0), (0.0, 0.0))
         assert one.value == pytest.approx(shown.own.value + 30.0)
-        box = landscape.box_around(shown, zoom=False)
-        assert height_of(box, landscape.spot(box, one)) == pytest.approx(one.value)
-        bottom, top = landscape.stem(box, one)[0]
-        np.testing.assert_allclose(top, landscape.spot(box, one))
+        box = surfaces.box_around(shown, zoom=False)
+        assert height_of(box, surfaces.spot(box, one)) == pytest.approx(one.value)
+        bottom, top = surfaces.stem(box, one)[0]
+        np.testing.assert_allclose(top, surfaces.spot(box, one))
         assert height_of(box, bottom) == pytest.approx(box.low)
 
     def test_a_mark_beyond_the_bounds_is_not_in_the_box(self, shown):
-        box = landscape.box_around(shown, zoom=False)
+        box = surfaces.box_around(shown, zoom=False)
         assert box.has(shown.own)
         assert not box.has(replace(shown.own, place=(1.2, 0.5)))
         assert not box.has(replace(shown.own, value=box.high + 1.0))
@@ -164,38 +163,34 @@ class TestMarks:
     def test_beads_are_balls_around_their_points(self):
         ball = (np.array([[0.0, 0, 1], [0, 1, 0], [1, 0, 0]]), np.array([[0, 1, 2]]))
         points = np.array([[0.0, 0, 0], [5.0, 6, 7]])
-        vertices, faces = landscape.beads(points, ball)
+        vertices, faces = surfaces.beads(points, ball)
         np.testing.assert_array_equal(faces, [[0, 1, 2], [3, 4, 5]])
         np.testing.assert_array_equal(vertices[3:], ball[0] + points[1])
 
     def test_a_deficit_is_never_negative(self, found, surrogate, space):
         own = np.degrees(kneecore.simulate(space.baseline).flexion)
-        picture = landscape.picture(
-            found, DEFICIT, own_deg=own, predicted_deg=None, surrogate=surrogate
-        )
+        shown = picture(found, DEFICIT, own_deg=own, predicted_deg=None, surrogate=surrogate)
         assert own[5] < 0.0
-        assert picture.own.value == 0.0
-        assert min(picture.model.min(), picture.training[:, 2].min()) >= 0.0
-        assert picture.worst == (None, None)
+        assert shown.own.value == 0.0
+        assert min(shown.model.min(), shown.training[:, 2].min()) >= 0.0
+        assert shown.worst == (None, None)
 
 
 class TestWords:
     def test_the_error_is_that_of_the_sheets(self, found):
         gap = np.abs(found.surrogate_deg - found.model_deg)[..., 5]
-        words = study_markup.error_words(found, LOAD)
+        words = error_words(found, LOAD)
         assert f"{gap.mean():.2f}°" in words
         assert f"{gap.max():.2f}°" in words
 
     def test_the_key_says_that_the_training_knees_lie_off_the_sheets(self, found, shown):
-        key = study_markup.landscape_key(found, shown, LOAD, theme.LIGHT, zoom=False)
+        key = landscape_key(found, shown, LOAD, theme.LIGHT, zoom=False)
         assert "25 knees simulated" in key
         assert "the 50 knees" in key
         assert "lie off the sheets" in key
         far = shown.training.copy()
         far[:3, 2] += 60.0
-        close = study_markup.landscape_key(
-            found, replace(shown, training=far), LOAD, theme.LIGHT, zoom=True
-        )
+        close = landscape_key(found, replace(shown, training=far), LOAD, theme.LIGHT, zoom=True)
         assert "47 of the 50 knees" in close
         assert "beyond" in close
 
@@ -203,14 +198,14 @@ class TestWords:
         broken = found.model_deg.copy()
         broken[0, 0] = np.nan
         bare = replace(found, model_deg=broken, surrogate_deg=None)
-        key = study_markup.landscape_key(bare, shown, LOAD, theme.LIGHT, zoom=False)
+        key = landscape_key(bare, shown, LOAD, theme.LIGHT, zoom=False)
         assert "1 failed" in key
         assert "no surrogate" in key
 
 
 class TestAxes:
     def test_two_axes_never_have_the_same_parameter(self):
-        show = LandscapeShow(lambda *_: None)
+        show = LandscapeState(lambda *_: None)
         one, two = show.names
         show.choose(0, two)
         assert show.names == (two, one)
@@ -218,7 +213,7 @@ class TestAxes:
         assert show.names == (two, "mcl_femur_x")
 
     def test_parameters_that_are_held_give_way(self):
-        show = LandscapeShow(lambda *_: None)
+        show = LandscapeState(lambda *_: None)
         assert show.fit_names(ParameterSpace(case="material"))
         assert len(set(show.names)) == 2
         assert all("stiffness" in n or "modulus" in n or "ratio" in n for n in show.names)
@@ -227,7 +222,7 @@ class TestAxes:
 
     def test_the_same_knee_is_computed_once(self):
         posted = []
-        show = LandscapeShow(lambda key, value: posted.append((key, value)))
+        show = LandscapeState(lambda key, value: posted.append((key, value)))
         state = KneeState(kneecore.packaged_knee())
         show.ask(state)
         assert show._asked is None  # the model is not ready

@@ -6,15 +6,17 @@ import time
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.test_over_the_wire import curve, press, widget
-from viz.wire_client import WireClient
+from viz.visits import curve, press, widget
+from viz.websocket_client import WebSocketClient
 
 import kneecore
 from kneecore import MOMENT, NAMES, Cancelled, ModelError, ParameterSpace, monte_carlo, worst_case
-from kneeviz.jobs import live_search as live_job
+from kneeviz.jobs import live_search
 from kneeviz.jobs.live_worst_case import N_SAMPLES, LiveSettings, find
 from kneeviz.server.app import App
-from kneeviz.state.knee import Bounds, KneeState, with_bound
+from kneeviz.state.bounds import Bounds, with_bound
+from kneeviz.state.knee import KneeState
+from kneeviz.state.live import live_band
 
 ACL_Y = NAMES.index("acl_femur_y")
 
@@ -30,33 +32,33 @@ def settings(space=None):
 
 
 @pytest.fixture
-def live(session, visitor):
+def live(page, visitor):
     """Live is on and has its first answer; afterwards everything is as before."""
-    eventually(lambda: session.exact_ready)
-    visitor.set(widget(session.view.search.live), True)
-    eventually(lambda: session.live.shown)
-    yield session
-    visitor.set(widget(session.view.search.live), False)
-    eventually(lambda: not session.live.on)
-    restore_bounds(session, visitor)
+    eventually(lambda: page.exact_ready)
+    visitor.set(widget(page.view.search.live), True)
+    eventually(lambda: page.live.shown)
+    yield page
+    visitor.set(widget(page.view.search.live), False)
+    eventually(lambda: not page.live.on)
+    restore_bounds(page, visitor)
 
 
-def restore_bounds(session, visitor):
-    visitor.set(widget(session.view.knee.bounds["geometry_mm"]), 1.0)
-    eventually(lambda: session.state.bounds.geometry_mm in (None, 1.0))
+def restore_bounds(page, visitor):
+    visitor.set(widget(page.view.knee.bounds["geometry_mm"]), 1.0)
+    eventually(lambda: page.state.bounds.geometry_mm in (None, 1.0))
 
 
-def set_bound(session, visitor, mm):
-    visitor.set(widget(session.view.knee.bounds["geometry_mm"]), mm)
+def set_bound(page, visitor, mm):
+    visitor.set(widget(page.view.knee.bounds["geometry_mm"]), mm)
 
 
-def eventually_found(session, space):
+def eventually_found(page, space):
     """Wait for the live answer of a box."""
     eventually(
         lambda: (
-            session.state.result is not None
-            and np.array_equal(session.state.result.space.lower, space.lower)
-            and np.array_equal(session.state.result.space.upper, space.upper)
+            page.state.result is not None
+            and np.array_equal(page.state.result.space.lower, space.lower)
+            and np.array_equal(page.state.result.space.upper, space.upper)
         )
     )
 
@@ -68,13 +70,13 @@ class TestFind:
         assert answer.result.x.tobytes() == headless(space).x.tobytes()
         sampled = monte_carlo(space, n_samples=N_SAMPLES, solver="equilibrium")
         spread = sampled.flexion_deg
-        assert answer.band.lower_deg.tobytes() == spread.percentile_lower.tobytes()
-        assert answer.band.upper_deg.tobytes() == spread.percentile_upper.tobytes()
+        assert live_band(answer.sampled).lower_deg.tobytes() == spread.percentile_lower.tobytes()
+        assert live_band(answer.sampled).upper_deg.tobytes() == spread.percentile_upper.tobytes()
 
     def test_knees_that_are_not_in_the_band_are_told(self):
         answer = find(settings(ParameterSpace(geometry_bound_mm=3.0)), lambda: False)
-        assert answer.n_lost > 0
-        assert f"{answer.n_lost} without an equilibrium" in answer.band.text
+        assert answer.sampled.n_lost > 0
+        assert f"{answer.sampled.n_lost} without an equilibrium" in live_band(answer.sampled).text
 
     def test_it_can_be_stopped(self):
         asked = []
@@ -96,8 +98,8 @@ class TestLatestWins:
                     raise Cancelled
             return wanted
 
-        monkeypatch.setattr(live_job, "find", slow)
-        running = live_job.LiveSearch(lambda key, value: posted.append(value))
+        monkeypatch.setattr(live_search, "find", slow)
+        running = live_search.LiveSearch(lambda key, value: posted.append(value))
         yield running, begun, go, posted
         go.set()
         running.stop()
@@ -116,7 +118,7 @@ class TestLatestWins:
 
     def test_a_quick_one_is_shown_though_another_was_asked(self, search, monkeypatch):
         running, begun, go, posted = search
-        monkeypatch.setattr(live_job, "PATIENCE", 60.0)
+        monkeypatch.setattr(live_search, "PATIENCE", 60.0)
         first, second = settings(), settings()
         running.ask(first)
         eventually(lambda: begun)
@@ -128,7 +130,7 @@ class TestLatestWins:
 
     def test_nothing_is_searched_once_it_is_forgotten(self, search, monkeypatch):
         running, begun, _, posted = search
-        monkeypatch.setattr(live_job, "PATIENCE", 0.0)
+        monkeypatch.setattr(live_search, "PATIENCE", 0.0)
         running.ask(settings())
         eventually(lambda: begun)
         running.forget()
@@ -141,8 +143,8 @@ class TestLatestWins:
         def failing(wanted, stop):
             raise ModelError("no knee")
 
-        monkeypatch.setattr(live_job, "find", failing)
-        running = live_job.LiveSearch(lambda key, value: posted.append(value))
+        monkeypatch.setattr(live_search, "find", failing)
+        running = live_search.LiveSearch(lambda key, value: posted.append(value))
         try:
             for n in (1, 2):
                 running.ask(settings())
@@ -265,7 +267,7 @@ class TestLive:
             raise ModelError("all of <them> failed")
 
         with monkeypatch.context() as patched:
-            patched.setattr(live_job, "find", failing)
+            patched.setattr(live_search, "find", failing)
             set_bound(live, visitor, 0.9)
             note = widget(live.view.search.live_note)
             visitor.wait(lambda c: "all of &lt;them&gt; failed" in c.props[note]["content"])
@@ -284,7 +286,9 @@ class TestLive:
 
     def test_a_search_ends_it(self, live, visitor):
         press(visitor, live.view.search.surrogate)
-        eventually(lambda: live.job is None and live.state.result.search_space == "surrogate")
+        eventually(
+            lambda: live.search.job is None and live.state.result.search_space == "surrogate"
+        )
         assert not live.live.on
         visitor.wait(lambda c: c.values[widget(live.view.search.live)] is False)
 
@@ -296,12 +300,12 @@ def test_a_visitor_who_leaves_takes_the_thread_along():
     before = searching()
     app = App(port=0, shared=False)
     try:
-        with WireClient(app.server.get_port()) as one:
+        with WebSocketClient(app.server.get_port()) as one:
             eventually(lambda: len(app.sessions) == 1)
-            session = next(iter(app.sessions.values()))
-            one.wait(lambda c: widget(session.view.search.live) in c.values)
-            one.set(widget(session.view.search.live), True)
-            eventually(lambda: session.live.shown)
+            page = next(iter(app.sessions.values())).page
+            one.wait(lambda c: widget(page.view.search.live) in c.values)
+            one.set(widget(page.view.search.live), True)
+            eventually(lambda: page.live.shown)
             assert {t.name for t in searching() - before} == {"live", "view"}
         eventually(lambda: searching() == before)
     finally:
@@ -310,24 +314,24 @@ def test_a_visitor_who_leaves_takes_the_thread_along():
 
 class TestMethods:
     @pytest.fixture(autouse=True)
-    def restore(self, session, visitor):
+    def restore(self, page, visitor):
         yield
-        tab = session.view.search
+        tab = page.view.search
         visitor.set(widget(tab.method), "Genetic")
         visitor.set(widget(tab.solver), "In motion")
         eventually(lambda: tab.method.value == "Genetic" and tab.solver.value == "In motion")
 
     @pytest.mark.parametrize("where", ["model", "surrogate"])
-    def test_an_exact_search_with_its_evidence(self, session, visitor, where):
-        tab = session.view.search
+    def test_an_exact_search_with_its_evidence(self, page, visitor, where):
+        tab = page.view.search
         visitor.set(widget(tab.method), "Exact gradients")
         visitor.wait(lambda c: c.props[widget(tab.pop_size)]["disabled"])
         visitor.set(widget(tab.solver), "At rest")
         eventually(lambda: tab.solver.value == "At rest")
-        session.state.result = None
+        page.state.result = None
         press(visitor, getattr(tab, where))
-        eventually(lambda: session.job is None and session.state.result is not None)
-        result = session.state.result
+        eventually(lambda: page.search.job is None and page.state.result is not None)
+        result = page.state.result
         wanted = worst_case(method="exact", search_space=where, solver="equilibrium")
         assert result.x.tobytes() == wanted.x.tobytes()
         found = widget(tab.found)
@@ -339,20 +343,20 @@ class TestMethods:
         visitor.set(widget(tab.method), "Genetic")
         visitor.wait(lambda c: not c.props[widget(tab.pop_size)]["disabled"])
 
-    def test_a_repaired_surrogate_tells_its_gaps(self, session, visitor):
-        tab = session.view.search
+    def test_a_repaired_surrogate_tells_its_gaps(self, page, visitor):
+        tab = page.view.search
         visitor.set(widget(tab.method), "Exact gradients")
         visitor.set(widget(tab.repair), True)
         eventually(lambda: tab.method.value == "Exact gradients" and tab.repair.value)
-        session.state.result = None
+        page.state.result = None
         press(visitor, tab.surrogate)
-        eventually(lambda: session.job is None and session.state.result is not None)
+        eventually(lambda: page.search.job is None and page.state.result is not None)
         wanted = worst_case(method="exact", repair=True)
-        assert session.state.result.x.tobytes() == wanted.x.tobytes()
+        assert page.state.result.x.tobytes() == wanted.x.tobytes()
         told = f"Repaired with {wanted.repair.n_models} more models"
         visitor.wait(lambda c: told in c.props[widget(tab.found)]["content"])
         assert "--repair" in visitor.props[widget(tab.table)]["content"]
         press(visitor, tab.model)  # the true model has no surrogate to be repaired
-        eventually(lambda: session.state.result.search_space == "model")
+        eventually(lambda: page.state.result.search_space == "model")
         visitor.set(widget(tab.repair), False)
         eventually(lambda: not tab.repair.value)

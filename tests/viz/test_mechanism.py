@@ -8,6 +8,8 @@ from kneecore import MOMENT, NAMES
 from kneeviz.geometry import mechanism
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.views import theme
+from kneeviz.views.scene import body
+from kneeviz.views.scene.labels import spread_labels
 
 X = kneecore.packaged_knee().baseline
 
@@ -109,16 +111,16 @@ def test_every_geometric_slider_moves_what_is_drawn(name):
 
 class TestLigamentLook:
     def test_slack_is_thin_and_grey(self):
-        assert mechanism.ligament_width(0.0) < mechanism.ligament_width(2.0)
-        assert mechanism.ligament_colour(0, 0.0, theme.LIGHT.slack) == theme.LIGHT.slack
+        assert body.ligament_width(0.0) < body.ligament_width(2.0)
+        assert body.ligament_colour(0, 0.0, theme.LIGHT.slack) == theme.LIGHT.slack
 
     def test_width_grows_with_tension(self):
-        widths = [mechanism.ligament_width(t) for t in (1.0, 10.0, 100.0, 300.0, 400.0)]
+        widths = [body.ligament_width(t) for t in (1.0, 10.0, 100.0, 300.0, 400.0)]
         assert (np.diff(widths) > 0).all()
-        assert mechanism.ligament_width(1e6) < 12.0
+        assert body.ligament_width(1e6) < 12.0
 
     def test_a_loaded_ligament_has_its_own_hue(self):
-        colours = {mechanism.ligament_colour(i, 100.0, theme.LIGHT.slack) for i in range(4)}
+        colours = {body.ligament_colour(i, 100.0, theme.LIGHT.slack) for i in range(4)}
         assert colours == {theme.rgb(c) for c in theme.LIGAMENT_COLOURS}
 
     def test_no_ligament_has_a_models_colour(self):
@@ -131,7 +133,7 @@ class TestLabels:
     def test_spread_labels_do_not_overlap(self, seed):
         anchors = np.random.default_rng(seed).uniform(-0.03, 0.03, (4, 2))
         size = (0.034, 0.0125)
-        placed = mechanism.spread_labels(anchors, size)
+        placed = spread_labels(anchors, size)
         for i in range(4):
             for j in range(i):
                 gap = np.abs(placed[i] - placed[j])
@@ -139,4 +141,4 @@ class TestLabels:
 
     def test_labels_with_room_stay(self):
         anchors = np.array([[0.0, 0.0], [1.0, 0.0]])
-        np.testing.assert_array_equal(mechanism.spread_labels(anchors, (0.1, 0.1)), anchors)
+        np.testing.assert_array_equal(spread_labels(anchors, (0.1, 0.1)), anchors)

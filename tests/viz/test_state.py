@@ -7,8 +7,9 @@ import kneecore
 from kneecore import NAMES, ParameterError, packaged_knee, parameter_table
 from kneecore.knee.file import parse_knee
 from kneecore.knee.parameters import widened
-from kneeviz.state import knee as st
-from kneeviz.state.knee import Bounds, KneeState
+from kneeviz.state.bounds import SCALE, Bounds, shown_bounds
+from kneeviz.state.knee import KneeState
+from kneeviz.state.presets import PRESETS, preset_knee, random_knee
 
 ACL_X = NAMES.index("acl_femur_x")
 NU = NAMES.index("poissons_ratio")
@@ -41,7 +42,7 @@ class TestBounds:
         assert (given.upper - knee.baseline)[material] == pytest.approx(3.5e6)
 
     def test_the_widest_half_ranges_are_shown(self):
-        assert st.shown_bounds(own_knee()) == pytest.approx((2.5, 1.0, 10.0, 0.0))
+        assert shown_bounds(own_knee()) == pytest.approx((2.5, 1.0, 10.0, 0.0))
 
     def test_other_bounds_draw_the_knee_into_them(self, state):
         state.x = widened(state.space.upper, 32)
@@ -59,7 +60,7 @@ class TestBounds:
 
 class TestKnees:
     def test_update_gives_kneecores_answer(self, state):
-        x = st.preset_knee("Larger condyle", state.space)
+        x = preset_knee("Larger condyle", state.space)
         solved = state.update(x)
         np.testing.assert_array_equal(solved.response.flexion, kneecore.simulate(x).flexion)
         assert state.current is solved
@@ -67,14 +68,14 @@ class TestKnees:
 
     def test_the_surrogate_predicts_the_same_knee(self, state):
         state.fit()
-        x = st.random_knee(state.space, np.random.default_rng(0))
+        x = random_knee(state.space, np.random.default_rng(0))
         state.update(x)
         np.testing.assert_array_equal(state.predicted, state.surrogate.predict(x))
-        assert len(st.training_curves(state)) == 50
+        assert len(state.training_curves) == 50
 
-    @pytest.mark.parametrize("name", st.PRESETS)
+    @pytest.mark.parametrize("name", PRESETS)
     def test_presets_lie_in_the_bounds_and_off_the_baseline(self, state, name):
-        x = st.preset_knee(name, state.space)
+        x = preset_knee(name, state.space)
         assert (x >= state.space.lower).all()
         assert (x <= state.space.upper).all()
         assert (x != state.space.baseline).any()
@@ -128,7 +129,7 @@ class TestSliderRange:
 
 class TestKneeFile:
     def test_baseline_and_current_values_come_back_apart_and_exactly(self, state):
-        state.x = widened(st.random_knee(state.space, np.random.default_rng(1)), 32)
+        state.x = widened(random_knee(state.space, np.random.default_rng(1)), 32)
         again = KneeState(parse_knee(state.knee_text()))
         np.testing.assert_array_equal(again.x, state.x)
         np.testing.assert_array_equal(again.space.baseline, state.space.baseline)
@@ -153,7 +154,7 @@ class TestKneeFile:
 
 
 def test_scales_are_the_tables():
-    assert [row.scale for row in parameter_table(rest_lengths=True)] == st.SCALE.tolist()
+    assert [row.scale for row in parameter_table(rest_lengths=True)] == SCALE.tolist()
 
 
 class TestRestLengths:
@@ -169,7 +170,7 @@ class TestRestLengths:
         assert all(state.is_free(i) for i in range(28, 32))
         assert state.slider_range(28) == pytest.approx((-1.0, 1.0))
         assert not state.strain_free
-        state.update(st.random_knee(state.space, np.random.default_rng(2)))
+        state.update(random_knee(state.space, np.random.default_rng(2)))
         assert state.x[28:].all()
         again = KneeState(parse_knee(state.knee_text()))
         np.testing.assert_array_equal(again.x, state.x)

@@ -1,33 +1,22 @@
-"""Semi-implicit Euler, many models abreast: lanes of a vector within a core, threads across cores.
+"""The load programme, and the rule by which a run is accepted, repeated or given up.
 
-A *run* is one model in one direction of the moment. Sixteen runs share a group of lanes: one inner
-loop over the lanes holds the whole step, on flat arrays indexed ``A[row * LANES + lane]`` with a
-compile-time number of lanes (LLVM's vectoriser gives up on two-dimensional arrays, and eight lanes
-were not vectorised at all). Lanes never look at each other, so a run's result does not depend on
-its group.
+Four milliseconds are near the limit of semi-implicit Euler for so stiff a knee, and an integration
+that rings gives itself away by nothing but its energy. A run is *wild* if it turns non-finite or by
+150 deg, *hot* if it still moves with more than 5 mJ at a plateau's end. One that is neither is
+accepted; others are repeated with the step halved. A pre-stressed knee may ring by itself, whatever
+the step: a hot run that agrees with the one before it, and has settled wherever it is hot, is
+accepted too. A run that is wild with two successive steps has dislocated.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
-from kneecore._threads import run_all, thread_count
-from kneecore.knee.physics.forces import (
-    ANGULAR_DAMPING,
-    INERTIA,
-    LINEAR_DAMPING,
-    MASS,
-    THETA_0,
-    contact_push,
-    ligament_pull,
-    sin_cos,
-)
-from kneecore.knee.physics.pose import START_X, START_Y
+from kneecore.knee.physics.forces import INERTIA, MASS, THETA_0
+from kneecore.knee.physics.lanes import integrate
 
-TIME_STEP = 0.004
-"""s"""
 MOMENTS = (0.1, 0.2, 0.4, 0.8, 2.0, 5.0)
 """Sizes of the moment, N m, in the order of the load programme."""
 PLATEAU_STEPS = (1750, 1000, 750, 750, 750, 750)
@@ -36,180 +25,34 @@ SETTLE_STEPS = 125
 """Steps (0.5 s) at a plateau's end over which a settled angle changes by less than 0.2 deg."""
 SETTLE_ANGLE = math.radians(0.2)
 KINETIC_LIMIT = 5e-3
-"""J; more at a plateau's end is a finite instability of the integration."""
+"""J; more at a plateau's end is a hot run."""
 TURN_LIMIT = math.radians(150.0)
 """Largest turn away from the load-free pose that counts as a knee."""
+SAME_ANGLE = math.radians(0.2)
+"""By less than this a hot run's plateau ends may differ from those with twice its step."""
 MAX_REFINEMENTS = 3
-LANES = 16
-
-_SIGN = 32  # row of the moment's direction, behind the 32 rows of constants that the step needs
-_N_ROWS = 33
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+ByteArray = NDArray[np.int8]
 
 
-@inline
-def _pull(P, row, j, x, y, s, c):  # type: ignore[no-untyped-def]
-    return ligament_pull(
-        P[row * LANES + j],
-        P[(row + 1) * LANES + j],
-        P[(row + 2) * LANES + j],
-        P[(row + 3) * LANES + j],
-        P[(row + 4) * LANES + j],
-        P[(row + 5) * LANES + j],
-        x,
-        y,
-        s,
-        c,
-    )
+class Trial(NamedTuple):
+    """What runs gave with one time step."""
 
+    poses: FloatArray
+    """x, y (m) and psi (rad) at the six plateau ends, shape (n_runs, 6, 3)."""
+    settled: BoolArray
+    """Shape (n_runs, 6)."""
+    wild: BoolArray
+    """Shape (n_runs,)."""
+    hot: BoolArray
+    """At which plateau ends, shape (n_runs, 6)."""
 
-@inline
-def _push(P, j, x, y, s, c):  # type: ignore[no-untyped-def]
-    return contact_push(
-        P[24 * LANES + j],
-        P[25 * LANES + j],
-        P[26 * LANES + j],
-        P[28 * LANES + j],
-        P[29 * LANES + j],
-        P[27 * LANES + j],
-        P[30 * LANES + j],
-        x,
-        y,
-        s,
-        c,
-    )
-
-
-@kernel
-def advance(
-    P: FloatArray, S: FloatArray, farthest: FloatArray, n_steps: int, dt: float, moment: float
-) -> None:
-    """Advance a group of lanes by `n_steps` of `dt` under a constant moment, in place.
-
-    Parameters
-    ----------
-    P : ndarray, shape (33 * LANES,)
-        Constants of each lane and the direction of its moment.
-    S : ndarray, shape (6 * LANES,)
-        State: x, y, psi and their velocities.
-    farthest : ndarray, shape (LANES,)
-        Largest |psi| so far.
-    """
-    per_mass = dt / MASS
-    per_inertia = dt / INERTIA
-    for _ in range(n_steps):
-        for j in range(LANES):
-            x, y, psi = S[j], S[LANES + j], S[2 * LANES + j]
-            vx, vy, omega = S[3 * LANES + j], S[4 * LANES + j], S[5 * LANES + j]
-            s, c = sin_cos(psi)
-            fx0, fy0, m0 = _pull(P, 0, j, x, y, s, c)
-            fx1, fy1, m1 = _pull(P, 6, j, x, y, s, c)
-            fx2, fy2, m2 = _pull(P, 12, j, x, y, s, c)
-            fx3, fy3, m3 = _pull(P, 18, j, x, y, s, c)
-            fx4, fy4, m4, _f, _d = _push(P, j, x, y, s, c)
-            fx = fx0 + fx1 + fx2 + fx3 + fx4 - LINEAR_DAMPING * vx
-            fy = fy0 + fy1 + fy2 + fy3 + fy4 - LINEAR_DAMPING * vy
-            m = m0 + m1 + m2 + m3 + m4 - ANGULAR_DAMPING * omega + moment * P[_SIGN * LANES + j]
-            vx += per_mass * fx
-            vy += per_mass * fy
-            omega += per_inertia * m
-            psi += dt * omega
-            S[j] = x + dt * vx
-            S[LANES + j] = y + dt * vy
-            S[2 * LANES + j] = psi
-            S[3 * LANES + j] = vx
-            S[4 * LANES + j] = vy
-            S[5 * LANES + j] = omega
-            farthest[j] = max(farthest[j], abs(psi))
-
-
-@kernel
-def _run_groups(
-    rows: FloatArray,
-    runs: IntArray,
-    steps: IntArray,
-    moments: FloatArray,
-    dt: float,
-    states: FloatArray,
-    farthest: FloatArray,
-) -> None:
-    """Run `runs` in groups of lanes; a last group that is not full repeats its last run."""
-    P = np.empty(_N_ROWS * LANES)
-    S = np.empty(6 * LANES)
-    far = np.empty(LANES)
-    n_runs = runs.shape[0]
-    for first in range(0, n_runs, LANES):
-        for j in range(LANES):
-            run = runs[min(first + j, n_runs - 1)]
-            model = run // 2
-            for row in range(32):
-                P[row * LANES + j] = rows[model, row]
-            P[_SIGN * LANES + j] = 1.0 - 2.0 * (run % 2)
-            S[j] = rows[model, START_X]
-            S[LANES + j] = rows[model, START_Y]
-            for row in range(2, 6):
-                S[row * LANES + j] = 0.0
-            far[j] = 0.0
-        for k in range(steps.shape[0]):
-            advance(P, S, far, steps[k], dt, moments[k])
-            for j in range(min(LANES, n_runs - first)):
-                for row in range(6):
-                    states[first + j, k, row] = S[row * LANES + j]
-        for j in range(min(LANES, n_runs - first)):
-            farthest[first + j] = far[j]
-
-
-def integrate(
-    rows: FloatArray,
-    runs: IntArray,
-    steps: IntArray,
-    moments: FloatArray,
-    *,
-    refinements: int = 0,
-    threads: int | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Integrate runs from the load-free pose at rest through segments of constant moment.
-
-    Parameters
-    ----------
-    rows : ndarray, shape (n_models, 36)
-        Constants of each model.
-    runs : ndarray of int, shape (n_runs,)
-        Run 2 i is model i in extension, run 2 i + 1 in flexion.
-    steps : ndarray of int, shape (n_segments,)
-        Steps of 4 ms in each segment.
-    moments : ndarray, shape (n_segments,)
-        Size of the moment in each segment, N m.
-    refinements : int
-        How often the time step is halved.
-    threads : int, optional
-        Threads to use; all cores for None. The result does not depend on it.
-
-    Returns
-    -------
-    states : ndarray, shape (n_runs, n_segments, 6)
-        x, y (m), psi (rad) and their velocities after each segment.
-    farthest : ndarray, shape (n_runs,)
-        Largest |psi| of each run, rad.
-    """
-    states = np.empty((len(runs), len(steps), 6))
-    farthest = np.empty(len(runs))
-    factor = 2**refinements
-    scaled = np.ascontiguousarray(steps * factor)
-    n_groups = -(-len(runs) // LANES)
-    # A few chunks a thread even out the load.
-    size = LANES * max(1, -(-n_groups // (4 * thread_count(threads))))
-
-    def work(first: int) -> None:
-        part = slice(first, min(first + size, len(runs)))
-        _run_groups(
-            rows, runs[part], scaled, moments, TIME_STEP / factor, states[part], farthest[part]
-        )
-
-    run_all(work, range(0, len(runs), size), threads)
-    return states, farthest
+    def chosen(self, mask: BoolArray) -> "Trial":
+        """Return the part of the runs that `mask` names."""
+        return Trial(self.poses[mask], self.settled[mask], self.wild[mask], self.hot[mask])
 
 
 def plateau_segments() -> tuple[IntArray, FloatArray]:
@@ -224,51 +67,83 @@ def kinetic_energy(states: FloatArray) -> FloatArray:
     return 0.5 * MASS * (vx * vx + vy * vy) + 0.5 * INERTIA * omega * omega
 
 
-def respond(
-    rows: FloatArray, threads: int | None = None
-) -> tuple[FloatArray, NDArray[np.bool_], NDArray[np.int8]]:
-    """Return each model's pose at the end of its 12 plateaus.
+def attempt(
+    rows: FloatArray, runs: IntArray, refinements: int, threads: int | None = None
+) -> Trial:
+    """Take `runs` through the load programme with the time step halved `refinements` times."""
+    steps, moments = plateau_segments()
+    states, farthest = integrate(
+        rows, runs, steps, moments, refinements=refinements, threads=threads
+    )
+    ends = states[:, 1::2]
+    with np.errstate(invalid="ignore", over="ignore"):
+        late_turn = np.abs(ends[:, :, 2] - states[:, 0::2, 2])
+        hot = ~(kinetic_energy(ends) <= KINETIC_LIMIT)
+        wild = ~(np.isfinite(states).all(axis=(1, 2)) & (farthest < TURN_LIMIT))
+    return Trial(ends[:, :, :3], late_turn < SETTLE_ANGLE, wild, hot)
 
-    A run that turns non-finite, turns by 150 deg or more, or still moves with more than 5 mJ at a
-    plateau's end is repeated with the time step halved, up to three times.
+
+def accepted(trial: Trial, before: Trial | None) -> BoolArray:
+    """Return which runs are accepted, shape (n_runs,), given those with twice the step."""
+    calm = ~trial.wild & ~trial.hot.any(axis=1)
+    if before is None:
+        return calm
+    with np.errstate(invalid="ignore"):
+        moved = np.abs(trial.poses[:, :, 2] - before.poses[:, :, 2])
+        rings = (moved < SAME_ANGLE).all(axis=1) & (trial.settled | ~trial.hot).all(axis=1)
+    return calm | (~trial.wild & ~before.wild & rings)
+
+
+def respond_by_run(
+    rows: FloatArray, threads: int | None = None
+) -> tuple[FloatArray, BoolArray, ByteArray]:
+    """Return each model's pose at the end of its 12 plateaus.
 
     Returns
     -------
     poses : ndarray, shape (n, 12, 3)
         x, y, psi: six of extension, then six of flexion; NaN where the model failed.
     settled : ndarray of bool, shape (n, 12)
-    refinements : ndarray of int8, shape (n,)
-        Halvings that the model's worse run needed; -1 where three were not enough.
+        False where the model failed.
+    halvings : ndarray of int8, shape (n, 2)
+        Of the time step, that the run in extension and the one in flexion needed; -1 for a failed
+        run.
     """
     n_runs = 2 * len(rows)
-    steps, moments = plateau_segments()
     poses = np.full((n_runs, len(MOMENTS), 3), np.nan)
     settled = np.zeros((n_runs, len(MOMENTS)), dtype=bool)
-    refinements = np.full(n_runs, -1, dtype=np.int8)
-    pending = np.arange(n_runs)
-    for halvings in range(MAX_REFINEMENTS + 1):
+    halvings: ByteArray = np.full(n_runs, -1, dtype=np.int8)
+    pending, before = np.arange(n_runs), None
+    for refinements in range(MAX_REFINEMENTS + 1):
         if len(pending) == 0:
             break
-        states, farthest = integrate(
-            rows, pending, steps, moments, refinements=halvings, threads=threads
-        )
-        ends = states[:, 1::2]
-        with np.errstate(invalid="ignore", over="ignore"):
-            calm = (kinetic_energy(ends) <= KINETIC_LIMIT).all(axis=1)
-            late_turn = np.abs(ends[:, :, 2] - states[:, 0::2, 2])
-            good = np.isfinite(states).all(axis=(1, 2)) & (farthest < TURN_LIMIT) & calm
+        trial = attempt(rows, pending, refinements, threads)
+        good = accepted(trial, before)
         done = pending[good]
-        poses[done] = ends[good, :, :3]
-        settled[done] = late_turn[good] < SETTLE_ANGLE
-        refinements[done] = halvings
-        pending = pending[~good]
-    by_model = refinements.reshape(-1, 2)
-    worse = np.where(by_model.min(axis=1) < 0, -1, by_model.max(axis=1)).astype(np.int8)
-    poses = poses.reshape(-1, 12, 3)
-    settled = settled.reshape(-1, 12)
-    poses[worse < 0] = np.nan
-    settled[worse < 0] = False
-    return poses, settled, worse
+        poses[done], settled[done] = trial.poses[good], trial.settled[good]
+        halvings[done] = refinements
+        again = ~good if before is None else ~good & ~(trial.wild & before.wild)
+        pending, before = pending[again], trial.chosen(again)
+    poses, settled = poses.reshape(-1, 12, 3), settled.reshape(-1, 12)
+    halvings = halvings.reshape(-1, 2)
+    failed = halvings.min(axis=1) < 0
+    poses[failed], settled[failed] = np.nan, False
+    return poses, settled, halvings
+
+
+def worse_run(halvings: ByteArray) -> ByteArray:
+    """Return the halvings (n,) of each model's worse run, -1 where one failed, from (n, 2)."""
+    lower, higher = halvings[:, 0], halvings[:, 1]
+    worse: ByteArray = np.where(np.minimum(lower, higher) < 0, -1, np.maximum(lower, higher))
+    return worse.astype(np.int8)
+
+
+def respond(
+    rows: FloatArray, threads: int | None = None
+) -> tuple[FloatArray, BoolArray, ByteArray]:
+    """Return `respond_by_run`, with the halvings of each model's worse run, shape (n,)."""
+    poses, settled, halvings = respond_by_run(rows, threads)
+    return poses, settled, worse_run(halvings)
 
 
 def flexion_of(poses: FloatArray) -> FloatArray:

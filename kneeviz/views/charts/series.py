@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore import MOMENT
 from kneecore.knee.physics.forces import THETA_0
 from kneeviz.geometry.sweep import Sweep
 
@@ -27,8 +28,6 @@ def with_load_free(flexion: FloatArray, *, strain_free: bool) -> tuple[FloatArra
 
     The load-free angle joins them where it is an equilibrium, at 0 N m.
     """
-    from kneecore import MOMENT
-
     order = [11, 10, 9, 8, 7, 6, 0, 1, 2, 3, 4, 5]
     moments = MOMENT[order]
     angles = np.degrees(np.asarray(flexion)[..., order])

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from kneecore import MOMENT
 from kneecore.knee.parameters import STRUCTURE
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
+from kneeviz.views.html import pieces
+from kneeviz.views.html.labels import parameter_label
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ def _text(x: float, y: float, text: str, *, anchor: str = "start", extra: str = 
 
 
 def _percent(value: float) -> str:
-    return markup.number(100.0 * max(value, 0.0), 0)
+    return pieces.number(100.0 * max(value, 0.0), 0)
 
 
 def _scale_end(values: FloatArray) -> float:
@@ -55,7 +56,7 @@ def bars(found: Any, load: int, colours: theme.Palette) -> str:
     """
     total, first = found.indices.total_order[load], found.indices.first_order[load]
     if not np.isfinite(total).all():
-        return markup.box("The angle does not vary at this load.")
+        return pieces.box("The angle does not vary at this load.")
     interval = found.indices.total_order_interval
     whisker = None if interval is None else interval[:, load]
     end = _scale_end(total if whisker is None else np.maximum(total, whisker[1]))
@@ -75,10 +76,8 @@ def bars(found: Any, load: int, colours: theme.Palette) -> str:
             both[1] = ("alone", first[k], found.indices.first_order_interval)
         told = "; ".join(_told(word, value, span, load, k) for word, value, span in both)
         parts.append(
-            f"<g><title>{markup.escape(markup.parameter_label(name))}: {told}</title>"
-            + _text(
-                _LABELS, y + 0.76 * _ROW, markup.escape(markup.parameter_label(name)), anchor="end"
-            )
+            f"<g><title>{pieces.escape(parameter_label(name))}: {told}</title>"
+            + _text(_LABELS, y + 0.76 * _ROW, pieces.escape(parameter_label(name)), anchor="end")
             + _rect(left, y + 2.0, at(total[k]) - left, _ROW - 4.0, hue, 0.38)
             + _rect(left, y + 2.0, at(min(first[k], total[k])) - left, _ROW - 4.0, hue, 1.0)
             + ("" if whisker is None else _whisker(at, whisker[:, k], y + 0.5 * _ROW))
@@ -135,7 +134,7 @@ def heat_map(found: Any, load: int, colours: theme.Palette) -> str:
         text = ("+" if MOMENT[k] > 0 else "\u2212") + f"{abs(MOMENT[k]):g}"
         parts.append(_text(x + 0.5 * cell, top - 5.0, text, anchor="middle", extra='font-size="9"'))
     for row, name in enumerate(found.names):
-        y, label = top + _ROW * row, markup.escape(markup.parameter_label(name))
+        y, label = top + _ROW * row, pieces.escape(parameter_label(name))
         parts.append(_text(_LABELS, y + 0.76 * _ROW, label, anchor="end"))
         hue = _hue(name, colours)
         for column, k in enumerate(_ORDER):
@@ -227,8 +226,8 @@ def slopes(found: Any, load: int, colours: theme.Palette) -> str:
     ]
     for row, k in enumerate(order):
         y = top + _ROW * row
-        label = markup.escape(markup.parameter_label(found.names[k]))
-        one, two = (markup.number(float(v), 2, "°") for v in values[:, k])
+        label = pieces.escape(parameter_label(found.names[k]))
+        one, two = (pieces.number(float(v), 2, "°") for v in values[:, k])
         parts.append(f"<g><title>{label}: model 1 {one}, model 2 {two}</title>")
         parts.append(_text(_LABELS, y + 0.76 * _ROW, label, anchor="end"))
         for m, hue in enumerate((colours.model_1, colours.model_2)):
@@ -239,6 +238,6 @@ def slopes(found: Any, load: int, colours: theme.Palette) -> str:
     words = (
         f"Change of the angle at {MOMENT[load]:+g} N·m for one half-range more of each parameter, "
         f'at <b style="color:{colours.model_1}">model 1</b> and <b style="color:'
-        f'{colours.model_2}">model 2</b>; the longest bar is {markup.number(end, 1)}°.'
+        f'{colours.model_2}">model 2</b>; the longest bar is {pieces.number(end, 1)}°.'
     )
     return f"<div>{words}</div>" + _svg(bottom + 2.0, "".join(parts))

@@ -7,7 +7,7 @@ import numpy as np
 
 from kneecore.search.compare import MethodTrace
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
+from kneeviz.views.html import pieces
 
 _WIDTH, _HEIGHT = 362.0, 200.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 40.0, 8.0, 8.0, 34.0
@@ -69,7 +69,7 @@ def _grid(axes: _Axes, colours: theme.Palette) -> str:
         y = axes.y(value)
         parts.append(f'<path d="M{_LEFT} {y:.1f}H{right}" stroke="{colours.rule}"/>')
         digits = max(0, -math.floor(math.log10(axes.step)))
-        parts.append(_label(_LEFT - 4, y + 3.5, markup.number(value, digits), "end"))
+        parts.append(_label(_LEFT - 4, y + 3.5, pieces.number(value, digits), "end"))
     middle = 0.5 * (_LEFT + right)
     parts.append(_label(middle, _HEIGHT - 8, "True models run (log scale)", "middle"))
     turned = f'transform="rotate(-90 9 {0.5 * bottom:.0f})"'
@@ -118,13 +118,13 @@ def table(traces: Mapping[str, MethodTrace], colours: theme.Palette) -> str:
         rows.append(
             (
                 label,
-                markup.number(float(trace.objective[-1]), 1, "°"),
-                markup.number(max(trace.shortfall_percent(best), 0.0), 1, "%"),
+                pieces.number(float(trace.objective[-1]), 1, "°"),
+                pieces.number(max(trace.shortfall_percent(best), 0.0), 1, "%"),
                 f"{round(float(trace.n_models[-1])):,}",
-                markup.number(seconds, 2, "s"),
+                pieces.number(seconds, 2, "s"),
             )
         )
-    return markup.table(("", "f", "short by", "models", "time"), rows)
+    return pieces.table(("", "f", "short by", "models", "time"), rows)
 
 
 def promises(traces: Mapping[str, MethodTrace]) -> str:
@@ -134,9 +134,9 @@ def promises(traces: Mapping[str, MethodTrace]) -> str:
         promised = trace.result.objective_surrogate
         if promised is None or not len(trace.objective):
             continue
-        true = markup.number(float(trace.objective[-1]), 1, "°")
+        true = pieces.number(float(trace.objective[-1]), 1, "°")
         told.append(
-            f"{_NAMES[name].capitalize()}: it promised {markup.number(promised, 1, '°')}, "
+            f"{_NAMES[name].capitalize()}: it promised {pieces.number(promised, 1, '°')}, "
             f"the true model says {true}."
         )
     return " ".join(told)

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import trimesh
+import viser
 from numpy.typing import NDArray
 
-from kneeviz.geometry import surfaces as landscape
-from kneeviz.geometry.surfaces import Box, Picture
+from kneeviz.geometry import surfaces
+from kneeviz.geometry.picture import Mark, Picture
+from kneeviz.geometry.surfaces import Box
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.html import study as study_markup
-from kneeviz.views.scene.knee import DISTANCE
+from kneeviz.views.html.labels import with_unit
+from kneeviz.views.html.pieces import number
 
 FloatArray = NDArray[np.float64]
 
@@ -29,17 +30,6 @@ _MARKED = ("your knee", "", "model 1", "model 2")
 _BESIDE = (0.0045, 0.0, -0.0033)  # to the right, as the camera first sees it
 
 
-def camera_position() -> tuple[float, float, float]:
-    """Return where the camera stands: in front, to the right and above."""
-    turn, rise = np.deg2rad(36.0), np.deg2rad(27.0)
-    x, y, z = landscape.CENTRE
-    return (
-        x + float(DISTANCE * np.sin(turn) * np.cos(rise)),
-        y + float(DISTANCE * np.sin(rise)),
-        z + float(DISTANCE * np.cos(turn) * np.cos(rise)),
-    )
-
-
 def _ball(radius: float, subdivisions: int) -> tuple[FloatArray, FloatArray]:
     body = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     return np.array(body.vertices), np.array(body.faces)
@@ -48,7 +38,7 @@ def _ball(radius: float, subdivisions: int) -> tuple[FloatArray, FloatArray]:
 class LandscapeScene:
     """Sheets, box, axes and marks under one node."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self._root = scene.add_frame("/landscape", show_axes=False, visible=False)
         self._frame = self._lines("frame", 1.0)
@@ -86,18 +76,20 @@ class LandscapeScene:
         faces: FloatArray | None = None,
         *,
         opacity: float | None = None,
-    ) -> Any:
+    ) -> viser.MeshHandle:
+        points = np.zeros((3, 3)) if vertices is None else vertices
+        triangles = np.array([[0, 1, 2]]) if faces is None else faces
         return self._scene.add_mesh_simple(
             f"/landscape/{name}",
-            vertices=np.zeros((3, 3), np.float32) if vertices is None else np.float32(vertices),
-            faces=np.array([[0, 1, 2]], np.uint32) if faces is None else np.uint32(faces),
+            vertices=points.astype(np.float32),
+            faces=triangles.astype(np.uint32),
             opacity=opacity,
             side="double",
             cast_shadow=False,
             receive_shadow=False,
         )
 
-    def _lines(self, name: str, width: float) -> Any:
+    def _lines(self, name: str, width: float) -> viser.LineSegmentsHandle:
         return self._scene.add_line_segments(
             f"/landscape/{name}",
             points=np.zeros((1, 2, 3), np.float32),
@@ -106,24 +98,24 @@ class LandscapeScene:
             thickness_units="screen",
         )
 
-    def _label(self, name: str, anchor: Any) -> Any:
+    def _label(self, name: str, anchor: Any) -> viser.LabelHandle:
         return self._scene.add_label(f"/landscape/{name}", "", anchor=anchor)
 
     def paint(self, colours: theme.Palette) -> None:
         """Take a theme's colours."""
         hues = (theme.rgb(colours.current), theme.rgb(colours.surrogate))
         for mesh, net, hue in zip(self._sheets, self._nets, hues, strict=True):
-            mesh.color, net.colors = hue, theme.wire_colour(hue)
-        self._frame.colors = theme.wire_colour(theme.rgb(colours.faint))
+            mesh.color, net.colors = hue, theme.handle_colour(hue)
+        self._frame.colors = theme.handle_colour(theme.rgb(colours.faint))
         self._training.color = theme.rgb(colours.baseline)
         marks = (*hues, theme.rgb(colours.model_1), theme.rgb(colours.model_2))
         for ball, line, hue in zip(self._balls, self._stems, marks, strict=True):
-            ball.color, line.colors = hue, theme.wire_colour(hue)
+            ball.color, line.colors = hue, theme.handle_colour(hue)
 
     def draw(self, shown: Picture, *, title: str, zoom: bool) -> None:
         """Draw a picture; `title` names what stands upright."""
-        box = landscape.box_around(shown, zoom=zoom)
-        self._frame.points = np.float32(landscape.frame_lines(box))
+        box = surfaces.box_around(shown, zoom=zoom)
+        self._frame.points = surfaces.frame_lines(box).astype(np.float32)
         for k, values in enumerate((shown.model, shown.surrogate)):
             self._draw_sheet(k, box, values)
         self._draw_training(box, shown.training[box.holds(shown.training[:, 2])])
@@ -133,34 +125,35 @@ class LandscapeScene:
 
     def _draw_sheet(self, k: int, box: Box, values: FloatArray | None) -> None:
         mesh, net = self._sheets[k], self._nets[k]
-        vertices, faces = (None, np.zeros(0)) if values is None else landscape.sheet(box, values)
-        mesh.visible = net.visible = len(faces) > 0
-        if values is None or len(faces) == 0:
+        drawn = None if values is None else surfaces.sheet(box, values)
+        mesh.visible = net.visible = drawn is not None and len(drawn[1]) > 0
+        if values is None or drawn is None or not mesh.visible:
             return
-        mesh.vertices, mesh.faces = np.float32(vertices), faces
-        net.points = np.float32(landscape.mesh_lines(box, values))
+        vertices, faces = drawn
+        mesh.vertices, mesh.faces = np.asarray(vertices, np.float32), faces
+        net.points = surfaces.mesh_lines(box, values).astype(np.float32)
 
     def _draw_training(self, box: Box, points: FloatArray) -> None:
         self._training.visible = len(points) > 0
         if len(points):
             places = box.place(*points.T)
-            vertices, faces = landscape.beads(places, self._bead)
-            self._training.vertices = np.float32(vertices)
-            self._training.faces = np.uint32(faces)
+            vertices, faces = surfaces.beads(places, self._bead)
+            self._training.vertices = vertices.astype(np.float32)
+            self._training.faces = faces.astype(np.uint32)
 
-    def _draw_mark(self, k: int, box: Box, mark: landscape.Mark | None) -> None:
+    def _draw_mark(self, k: int, box: Box, mark: Mark | None) -> None:
         ball, line, name = self._balls[k], self._stems[k], self._names[k]
         ball.visible = mark is not None
         line.visible = mark is not None and bool(_MARKED[k])  # one stem for a knee and its guess
         name.visible = mark is not None and bool(_MARKED[k])
         if mark is None:
             return
-        x, y, z = landscape.spot(box, mark)
+        x, y, z = surfaces.spot(box, mark)
         ball.position = (x, y, z)
         _write(
             name, _MARKED[k], np.array([x, y, z]), (0.0, 1.6 * _BALL, 0.0) if k == 0 else _BESIDE
         )
-        line.points = np.float32(landscape.stem(box, mark))
+        line.points = surfaces.stem(box, mark).astype(np.float32)
 
     def _write_axes(self, box: Box, shown: Picture, title: str) -> None:
         _write(self._titles[2], title, box.place(0.0, 0.0, box.high), (-0.02, 0.007, 0.0))
@@ -168,15 +161,15 @@ class LandscapeScene:
             handle.visible = k < len(box.ticks)
             if handle.visible:
                 at = box.place(0.0, 0.0, box.ticks[k])
-                text = markup.number(box.ticks[k], 0 if box.step >= 1.0 else 1, "°")
+                text = number(box.ticks[k], 0 if box.step >= 1.0 else 1, "°")
                 _write(handle, text, at, (-0.004, 0.0, 0.0))
         for axis in range(2):
             low, high = shown.ends[axis]
             digits = 3 if high - low < 0.5 else 2
             for share, handle in zip(_FLOOR_TICKS, self._ticks[axis], strict=True):
-                text = markup.number(low + share * (high - low), digits)
+                text = number(low + share * (high - low), digits)
                 _write(handle, text, _on_floor(box, axis, share), _TICK_SHIFT[axis])
-            text = study_markup.with_unit(shown.names[axis])
+            text = with_unit(shown.names[axis])
             _write(self._titles[axis], text, _on_floor(box, axis, 0.5), _TITLE_SHIFT[axis])
 
 
@@ -186,6 +179,9 @@ def _on_floor(box: Box, axis: int, share: float) -> FloatArray:
     return box.place(*place, box.low)
 
 
-def _write(handle: Any, text: str, at: FloatArray, shift: tuple[float, float, float]) -> None:
+def _write(
+    handle: viser.LabelHandle, text: str, at: FloatArray, shift: tuple[float, float, float]
+) -> None:
     handle.text = text
-    handle.position = tuple(float(a + s) for a, s in zip(at, shift, strict=True))
+    x, y, z = (float(a + s) for a, s in zip(at, shift, strict=True))
+    handle.position = (x, y, z)

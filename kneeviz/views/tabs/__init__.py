@@ -1,1 +1,4 @@
-"""The panels' tabs with their controls."""
+"""The panels' tabs with their controls.
+
+Widgets are `Any` here and in the charts: viser's types call a widget's value read-only.
+"""

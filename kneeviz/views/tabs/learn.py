@@ -1,16 +1,17 @@
-"""The guided lesson and the page about the app: texts, and what each step does on the stage.
+"""The guided lesson and the page about the app: texts, and what each step does to the page.
 
-A step's `stage` and `press` name things that the session knows how to do (see `Session.perform`).
+What a step asks for is named here and done by `kneeviz.actions.lesson`.
 """
 
-from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.tabs.controls import on_press
+from kneeviz.jobs.messages import Post
+from kneeviz.views.html.pieces import box
+from kneeviz.views.tabs.events import on_press
 
-Deeds = tuple[tuple[Any, ...], ...]
+Instructions = tuple[tuple[Any, ...], ...]
+"""What to do, in order: each a name and what it needs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,13 +23,13 @@ class Step:
     question: str
     button: str
     """Label of the one thing to press."""
-    stage: Deeds
+    on_open: Instructions
     """Done when the step opens."""
-    press: Deeds
+    on_press: Instructions
     """Done when its button is pressed."""
 
 
-_CALM: Deeds = (
+_CALM: Instructions = (
     ("landscape", False),
     ("overlay", False),
     ("mode", "sweep"),
@@ -42,8 +43,8 @@ STEPS = (
         "this knee: it hangs slightly bent, and all four ligaments are slack.",
         question="Which ligament will become tight first when the knee straightens?",
         button="Straighten it a little",
-        stage=(*_CALM, ("baseline",), ("moment", 0.0)),
-        press=(("glide", 0.8),),
+        on_open=(*_CALM, ("baseline",), ("moment", 0.0)),
+        on_press=(("glide", 0.8),),
     ),
     Step(
         title="Bend and stretch",
@@ -52,8 +53,8 @@ STEPS = (
         "dot is the knee that you see.",
         question="Where is the knee soft, and where does it become stiff?",
         button="Play the motion",
-        stage=(*_CALM, ("baseline",), ("moment", 5.0)),
-        press=(("play", True),),
+        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_press=(("play", True),),
     ),
     Step(
         title="Who carries the load?",
@@ -61,8 +62,8 @@ STEPS = (
         "(LCL) hold the knee. See the numbers beside their names, and the tab “Forces”.",
         question="Which two ligaments hold the knee when it is fully bent?",
         button="Bend it fully",
-        stage=(*_CALM, ("baseline",), ("forces", True), ("moment", 5.0)),
-        press=(("glide", -5.0),),
+        on_open=(*_CALM, ("baseline",), ("forces", True), ("moment", 5.0)),
+        on_press=(("glide", -5.0),),
     ),
     Step(
         title="One millimetre",
@@ -71,8 +72,8 @@ STEPS = (
         "you changed it).",
         question="How many degrees of extension does this one change cost or win?",
         button="Move the ACL",
-        stage=(*_CALM, ("baseline",), ("moment", 5.0)),
-        press=(("preset", "ACL 1 bound further forward"),),
+        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_press=(("preset", "ACL 1 bound further forward"),),
     ),
     Step(
         title="Why not try them all?",
@@ -81,8 +82,8 @@ STEPS = (
         "for sure.",
         question="Press several times: how different do random knees become?",
         button="Another random knee",
-        stage=(*_CALM, ("moment", 5.0)),
-        press=(("preset", "Random, within bounds"),),
+        on_open=(*_CALM, ("moment", 5.0)),
+        on_press=(("preset", "Random, within bounds"),),
     ),
     Step(
         title="A cheap stand-in",
@@ -92,8 +93,8 @@ STEPS = (
         "model grey, the stand-in purple. Turn it with the mouse.",
         question="Where do the two sheets part, and do they so at every random knee?",
         button="Landscape of a random knee",
-        stage=(*_CALM, ("moment", 2.0)),
-        press=(("preset", "Random, within bounds"), ("landscape", True)),
+        on_open=(*_CALM, ("moment", 2.0)),
+        on_press=(("preset", "Random, within bounds"), ("landscape", True)),
     ),
     Step(
         title="Evolution finds the extremes",
@@ -102,8 +103,8 @@ STEPS = (
         "stand-in promised.",
         question="Which of the two cannot straighten, and which bends backwards?",
         button="Run the search",
-        stage=(*_CALM, ("baseline",), ("moment", 5.0)),
-        press=(("search",),),
+        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_press=(("search",),),
     ),
     Step(
         title="What it means",
@@ -113,8 +114,8 @@ STEPS = (
         "Mind that this knee is a planar reconstruction, no patient.",
         question="At which moment do the two part?",
         button="Play both",
-        stage=(("landscape", False), ("mode", "sweep"), ("overlay", True), ("moment", 0.0)),
-        press=(("play", True),),
+        on_open=(("landscape", False), ("mode", "sweep"), ("overlay", True), ("moment", 0.0)),
+        on_press=(("play", True),),
     ),
 )
 
@@ -139,12 +140,12 @@ interpolated. This is no medical device.
 class LearnTab:
     """The lesson's page with its three buttons, and the text about the app."""
 
-    def __init__(self, gui: Any, post: Callable[[Hashable, Any], None]) -> None:
+    def __init__(self, gui: Any, post: Post) -> None:
         self.page = gui.add_html("")
         self.press = gui.add_button("")
         self.turn = gui.add_button_group("Lesson", ("Back", "Next"))
         with gui.add_folder("About this app", expand_by_default=False):
-            gui.add_html(markup.box(ABOUT))
+            gui.add_html(box(ABOUT))
         on_press(self.press, post, "lesson_press")
         on_press(self.turn, post, "lesson_turn")
         self.show(None)
@@ -152,7 +153,7 @@ class LearnTab:
     def show(self, number: int | None) -> None:
         """Show a step, or the invitation before the first."""
         if number is None:
-            self.page.content = markup.box(
+            self.page.content = box(
                 f"<b>A lesson in {len(STEPS)} steps</b><br>Why one millimetre matters, from a "
                 "knee at rest to the two most different knees. Each step sets the stage, asks a "
                 "question and has one button. Everybody who looks at this knee sees the same."
@@ -160,7 +161,7 @@ class LearnTab:
             self.press.label = "Start the lesson"
             return
         step = STEPS[number]
-        self.page.content = markup.box(
+        self.page.content = box(
             f'<div style="opacity:.65">Step {number + 1} of {len(STEPS)}</div>'
             f'<b style="font-size:15px">{step.title}</b>'
             f'<div style="margin:4px 0">{step.text}</div><i>{step.question}</i>'

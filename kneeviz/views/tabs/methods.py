@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from kneeviz.views.tabs.controls import Post, on_press
+from kneeviz.jobs.messages import Post
+from kneeviz.views.tabs.events import on_press
 
 
 class MethodsBox:
@@ -19,8 +20,8 @@ class MethodsBox:
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel the comparison", color="red", visible=False)
         self.content = gui.add_html("")
-        on_press(self.run, post, "methods")
-        on_press(self.cancel, post, "methods_cancel")
+        on_press(self.run, post, "compare")
+        on_press(self.cancel, post, "comparison_cancel")
 
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the button, or the other way round."""

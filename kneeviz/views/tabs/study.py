@@ -3,12 +3,13 @@
 from typing import Any, get_args
 
 from kneecore.numerics.sampling import Sampling
-from kneeviz.views.html import pieces as markup
-from kneeviz.views.html.study import HEIGHTS, LOADS
-from kneeviz.views.tabs.controls import Post, on_press, on_value
+from kneeviz.jobs.messages import Post
+from kneeviz.state.study import BARS, HEAT_MAP, SLOPES
+from kneeviz.views.html.labels import HEIGHTS, LOADS
+from kneeviz.views.html.pieces import box, faint
+from kneeviz.views.tabs.events import on_press, on_value
 
 SHOW, BACK = "Show the landscape", "Back to the knee"
-BARS, MAP, SLOPES = "Bars", "Heat map", "At the worst case"
 _INTRO = (
     "What does the uncertainty do on the whole, and which parameters decide? All of it in the "
     "true model, within the bounds of the tab “Knee”."
@@ -19,7 +20,7 @@ class StudyTab:
     """Sampling, influence and the landscape: buttons, progress, and what they found."""
 
     def __init__(self, gui: Any, post: Post, free: tuple[str, ...]) -> None:
-        self.intro = gui.add_html(markup.box(markup.faint(_INTRO)))
+        self.intro = gui.add_html(box(faint(_INTRO)))
         self._add_landscape(gui, free)
         self._add_runs(gui)
         self._add_settings(gui)
@@ -146,7 +147,7 @@ class InfluenceTab:
 
     def __init__(self, gui: Any, post: Post) -> None:
         self.load = gui.add_dropdown("Load", tuple(LOADS))
-        self.chart = gui.add_button_group("Chart", (BARS, MAP, SLOPES))
+        self.chart = gui.add_button_group("Chart", (BARS, HEAT_MAP, SLOPES))
         self.content = gui.add_html("")
         on_value(self.load, post, "influence_load")
         on_press(self.chart, post, "influence_chart")

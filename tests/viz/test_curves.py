@@ -7,8 +7,9 @@ import pytest
 
 import kneecore
 from kneeviz.geometry.sweep import sweep_of
+from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
-from kneeviz.views.charts.curves import Band, CurveChart, Markers, Shown
+from kneeviz.views.charts.curves import CurveChart
 
 X = kneecore.packaged_knee().baseline
 NO_POSES = Markers(poses=(None, None, None))

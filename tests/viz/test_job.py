@@ -1,9 +1,9 @@
-"""A study's job: reports, result, cancellation, failure."""
+"""A job: reports, result, cancellation, failure."""
 
 import threading
 
 from kneecore import Cancelled, ModelError, Progress
-from kneeviz.jobs.job import StudyJob
+from kneeviz.jobs.job import Job
 
 
 def run(work, *, cancel=False):
@@ -14,7 +14,7 @@ def run(work, *, cancel=False):
         if key == "study_done":
             done.set()
 
-    job = StudyJob("sampling", work, post)
+    job = Job("study", work, post, kind="sampling")
     if cancel:
         job.cancel()
     job.start()
@@ -28,7 +28,7 @@ def report(done):
 
 def test_it_reports_and_returns():
     job, posted = run(lambda watch: (watch(report(2)), "found")[1])
-    assert posted[0] == ("study_progress", (job, 25.0, "sampling"))
+    assert posted[0] == ("study_progress", (job, 25.0, "sampling", None))
     assert posted[-1] == ("study_done", (job, "found", None))
 
 

@@ -6,7 +6,7 @@ It sends anything, also what no browser would, and decodes what a browser would 
 import contextlib
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -52,13 +52,33 @@ def decode_frame(frame: bytes) -> list[dict[str, Any]]:
     return [_decoded(message, arrays) for message in document["messages"]]
 
 
-class WireClient:
-    """One visitor. Use it as a context manager."""
+class WebSocketClient:
+    """One visitor. Use it as a context manager.
 
-    def __init__(self, port: int, *, on_message: Callable[[dict[str, Any]], None] | None = None):
+    Parameters
+    ----------
+    port : int
+        Where the server listens on 127.0.0.1.
+    on_message : callable, optional
+        Called with every message.
+    path : str
+        What follows the port in the address.
+    headers : mapping, optional
+        Further headers of the request, such as ``Origin`` or ``Cookie``.
+    """
+
+    def __init__(
+        self,
+        port: int,
+        *,
+        on_message: Callable[[dict[str, Any]], None] | None = None,
+        path: str = "",
+        headers: Mapping[str, str] | None = None,
+    ):
         self.port = port
         self._socket = connect(
-            f"ws://127.0.0.1:{port}",
+            f"ws://127.0.0.1:{port}{path}",
+            additional_headers=headers,
             subprotocols=[f"viser-v{viser.__version__}"],
             max_size=None,
             compression=None,
@@ -80,7 +100,7 @@ class WireClient:
         self._reader.start()
         self.send(CAMERA)
 
-    def __enter__(self) -> "WireClient":
+    def __enter__(self) -> "WebSocketClient":
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -124,7 +144,7 @@ class WireClient:
             }
         )
 
-    def wait(self, condition: Callable[["WireClient"], Any], timeout: float = 60.0) -> Any:
+    def wait(self, condition: Callable[["WebSocketClient"], Any], timeout: float = 60.0) -> Any:
         """Return the condition's first true value; an AssertionError after `timeout` s."""
         end = time.monotonic() + timeout
         with self._news:

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 import viser
-from viser import _messages
+from viser import _client_autobuild, _messages
 
-from kneeviz import viser_internals as wire
+from kneeviz import viser_internals
+from kneeviz.viser_internals import MAX_UPLOAD
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,7 @@ def widgets(server):
     ],
 )  # fmt: skip
 def test_good_values_pass(widgets, widget, value):
-    assert wire.update_fault(widgets[widget], {"value": value}) is None
+    assert viser_internals.update_fault(widgets[widget], {"value": value}) is None
 
 
 @pytest.mark.parametrize(
@@ -55,30 +56,33 @@ def test_good_values_pass(widgets, widget, value):
     ],
 )  # fmt: skip
 def test_bad_values_do_not(widgets, widget, value):
-    assert wire.update_fault(widgets[widget], {"value": value})
+    assert viser_internals.update_fault(widgets[widget], {"value": value})
 
 
 @pytest.mark.parametrize(
     "updates", [{}, {"uuid": "x"}, {"value": 1.0, "max": 99.0}, "value", None, [1]]
 )
 def test_nothing_but_the_value_can_be_set(widgets, updates):
-    assert wire.update_fault(widgets["slider"], updates)
+    assert viser_internals.update_fault(widgets["slider"], updates)
 
 
 @pytest.mark.parametrize(
     ("size", "parts", "passes"),
     [
-        (10, 1, True), (0, 0, True), (wire.MAX_UPLOAD, 5, True), (wire.MAX_UPLOAD + 1, 5, False),
+        (10, 1, True), (0, 0, True), (MAX_UPLOAD, 5, True), (MAX_UPLOAD + 1, 5, False),
         (-1, 1, False), (10, -1, False), (10, 10**9, False), ("10", 1, False), (10.5, 1, False),
     ],
 )  # fmt: skip
 def test_announced_uploads(size, parts, passes):
-    assert (wire.upload_fault(size, parts) is None) is passes
+    assert (viser_internals.upload_fault(size, parts) is None) is passes
 
 
 def test_the_private_parts_are_there(server, widgets):
     gui = server.gui
-    assert gui._gui_input_handle_from_uuid[wire.widget_id(widgets["slider"])] is widgets["slider"]
+    assert (
+        gui._gui_input_handle_from_uuid[viser_internals.widget_id(widgets["slider"])]
+        is widgets["slider"]
+    )
     for message, handler in (
         (_messages.GuiUpdateMessage, gui._handle_gui_updates),
         (_messages.FileTransferStartUpload, gui._handle_file_transfer_start),
@@ -88,12 +92,22 @@ def test_the_private_parts_are_there(server, widgets):
     assert isinstance(gui._current_file_upload_states, dict)
 
 
+def test_no_server_looks_for_a_compiler(monkeypatch):
+    looked = []
+    monkeypatch.setattr(_client_autobuild, "ensure_client_is_built", lambda: looked.append(1))
+    viser.ViserServer(host="127.0.0.1", port=0, verbose=False).stop()
+    assert looked, "viser has another way to build its client now"
+    viser_internals.skip_client_build()
+    viser.ViserServer(host="127.0.0.1", port=0, verbose=False).stop()
+    assert looked == [1]
+
+
 def test_the_tunnel_is_refused(server):
     handlers = server._websock_server._incoming_handlers
     assert _messages.ShareUrlRequest in handlers
-    wire.refuse_tunnel(server)
+    viser_internals.refuse_tunnel(server)
     assert _messages.ShareUrlRequest not in handlers
-    wire.refuse_tunnel(server)
+    viser_internals.refuse_tunnel(server)
 
 
 def test_a_forced_value_is_sent_though_nothing_changed(server, widgets):
@@ -103,12 +117,12 @@ def test_a_forced_value_is_sent_though_nothing_changed(server, widgets):
     try:
         widgets["slider"].value = widgets["slider"].value
         assert sent == []
-        wire.force_value(server.gui, widgets["slider"])
+        viser_internals.force_value(server.gui, widgets["slider"])
     finally:
         server._websock_server.queue_message = queue
     assert sent[0].updates == {"value": widgets["slider"].value}
 
 
 def test_numbers_forgive_the_rounding_of_the_screen():
-    assert wire.number_fault(0.499000001, 0.414, 0.499) is None
-    assert wire.number_fault(np.float64(0.6), 0.414, 0.499)
+    assert viser_internals.number_fault(0.499000001, 0.414, 0.499) is None
+    assert viser_internals.number_fault(np.float64(0.6), 0.414, 0.499)

@@ -8,7 +8,9 @@ import kneecore
 from kneecore import NAMES, ParameterSpace
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.views import theme
-from kneeviz.views.html import pieces as markup
+from kneeviz.views.html import labels, pieces, readout
+from kneeviz.views.html.comparison import comparison
+from kneeviz.views.html.result import bound_names, differences, objective_line
 
 EVIL = '<img src=x onerror="alert(1)">'
 
@@ -23,22 +25,22 @@ def result():
 
 
 def test_numbers():
-    assert markup.number(-3.724, 1, "°") == "\u22123.7°"
-    assert markup.number(-0.04, 1, "N") == "0.0 N"
-    assert markup.number(float("nan"), 1) == "\u2013"
+    assert pieces.number(-3.724, 1, "°") == "\u22123.7°"
+    assert pieces.number(-0.04, 1, "N") == "0.0 N"
+    assert pieces.number(float("nan"), 1) == "\u2013"
 
 
 @pytest.mark.parametrize(
     ("angle", "words"), [(-3.0, "over-extended"), (0.2, "straight"), (30.0, "flexed")]
 )
 def test_angle_words(angle, words):
-    assert markup.angle_words(angle) == words
+    assert readout.angle_words(angle) == words
 
 
 def test_foreign_text_is_escaped_everywhere():
-    assert "<img" not in markup.escape(EVIL)
-    assert "<img" not in markup.command_line(EVIL)
-    assert "<img" not in markup.status(markup.escape(EVIL))
+    assert "<img" not in pieces.escape(EVIL)
+    assert "<img" not in pieces.command_line(EVIL)
+    assert "<img" not in pieces.status(pieces.escape(EVIL))
 
 
 def test_readout_shows_angle_moment_and_tensions():
@@ -46,17 +48,17 @@ def test_readout_shows_angle_moment_and_tensions():
         flexion=np.deg2rad(24.88), moment=0.8, tibia_position=np.zeros(2),
         tension=np.array([38.5, 14.3, 0.0, 79.7]), contact_force=115.0,
     )  # fmt: skip
-    text = text_of(markup.readout(pose, theme.LIGHT))
+    text = text_of(readout.readout(pose, theme.LIGHT))
     for words in ("24.9°", "flexed", "+0.80 N·m", "extending", "38 N", "14 N", "0 N", "80 N"):
         assert words in text
-    timed = markup.readout(Pose(**{**vars(pose), "time": 3.25}), theme.LIGHT)
+    timed = readout.readout(Pose(**{**vars(pose), "time": 3.25}), theme.LIGHT)
     assert "3.2 s" in text_of(timed)
 
 
 def test_a_surrogates_objective_comes_with_the_true_models(result):
-    text = text_of(markup.objective_line(result))
-    assert markup.number(result.objective_surrogate, 0, "°") in text
-    assert markup.number(result.objective_model, 0, "°") in text
+    text = text_of(objective_line(result))
+    assert pieces.number(result.objective_surrogate, 0, "°") in text
+    assert pieces.number(result.objective_model, 0, "°") in text
     assert "gap" in text
 
 
@@ -64,60 +66,60 @@ def test_an_objective_that_the_model_denies_is_not_hidden():
     failed = SimpleNamespace(
         objective_surrogate=400.0, objective_model=None, solver="dynamics", gap_percent=None
     )
-    assert "not known" in markup.objective_line(failed)
+    assert "not known" in objective_line(failed)
 
 
 def test_differences_are_the_results(result):
-    text = text_of(markup.differences(result, theme.LIGHT))
+    text = text_of(differences(result, theme.LIGHT))
     one, two = (np.degrees(r.flexion[5]) for r in (result.model_1, result.model_2))
-    assert markup.number(one, 1, "°") in text
-    assert markup.number(two, 1, "°") in text
-    assert markup.number(result.model_2.tension[5, 1], 0, "N") in text
+    assert pieces.number(one, 1, "°") in text
+    assert pieces.number(two, 1, "°") in text
+    assert pieces.number(result.model_2.tension[5, 1], 0, "N") in text
     counts = (result.space.at_bounds(result.x[0]) != 0).sum()
     assert f"{counts} of 28" in text
 
 
 def test_opposite_bounds_are_named(result):
-    text = markup.bound_names(result)
+    text = bound_names(result)
     sides = np.stack([result.space.at_bounds(x) for x in result.x]).astype(int)
     opposite = [NAMES[i] for i in np.flatnonzero(sides[0] * sides[1] < 0)]
     assert f"({len(opposite)})" in text
-    assert markup.parameter_label(opposite[0]) in text
+    assert labels.parameter_label(opposite[0]) in text
 
 
 def test_comparison_has_every_parameter_and_places_dots_in_the_bounds():
     space = ParameterSpace()
-    html = markup.comparison(
+    html = comparison(
         space,
         [("baseline", "#111111", space.baseline), ("yours", "#222222", space.upper),
          ("model 1", "#333333", None)],
     )  # fmt: skip
     for name in NAMES:
-        assert markup.parameter_label(name) in html
+        assert labels.parameter_label(name) in html
     assert html.count("left:100.0%") == 28
     assert "model 1" not in html
     assert "11.20" in html  # acl_tibia_x at its upper bound, mm
 
 
 def test_training_knees_join_the_key_of_the_curve_only():
-    assert "training" in markup.legend(theme.LIGHT, overlays=False, curve=True)
-    assert "training" not in markup.legend(theme.LIGHT, overlays=False, curve=False)
-    assert "model 2" in markup.legend(theme.LIGHT, overlays=True, curve=False)
-    assert "99.7" not in markup.legend(theme.LIGHT, overlays=True, curve=True)
-    banded = markup.legend(theme.LIGHT, overlays=False, curve=True, band="2,000 samples")
+    assert "training" in readout.legend(theme.LIGHT, overlays=False, curve=True)
+    assert "training" not in readout.legend(theme.LIGHT, overlays=False, curve=False)
+    assert "model 2" in readout.legend(theme.LIGHT, overlays=True, curve=False)
+    assert "99.7" not in readout.legend(theme.LIGHT, overlays=True, curve=True)
+    banded = readout.legend(theme.LIGHT, overlays=False, curve=True, band="2,000 samples")
     assert "99.7 % band" in banded
     assert "2,000 samples" in banded
 
 
 def test_error_line_tells_both_errors():
-    text = text_of(markup.error_line((0.34, 0.71), 0.82))
+    text = text_of(readout.error_line((0.34, 0.71), 0.82))
     for words in ("0.3°", "0.7°", "0.8°"):
         assert words in text
-    assert "not ready" in markup.error_line(None, None)
+    assert "not ready" in readout.error_line(None, None)
 
 
 def test_a_sparkline_rises_with_its_values():
-    line = markup.sparkline([1.0, 2.0, 5.0], "#000")
+    line = pieces.sparkline([1.0, 2.0, 5.0], "#000")
     heights = [float(y) for y in re.findall(r",([\d.]+)", line)]
     assert heights == sorted(heights, reverse=True)
-    assert markup.sparkline([1.0], "#000") == ""
+    assert pieces.sparkline([1.0], "#000") == ""

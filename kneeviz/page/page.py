@@ -1,0 +1,206 @@
+"""One page: a knee, what it looks like, and what runs for it. What actions act on.
+
+The session's thread alone calls it; see `kneeviz.server.session`.
+"""
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from kneecore import KneeFile
+from kneecore.knee.parameters import widened
+from kneeviz.jobs.live_search import LiveSearch
+from kneeviz.jobs.messages import Post
+from kneeviz.page import sliders
+from kneeviz.page.animation import Animation
+from kneeviz.page.notices import Notices
+from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.knee import KneeState
+from kneeviz.state.landscape import LandscapeState
+from kneeviz.state.live import LiveState
+from kneeviz.state.methods import MethodsState
+from kneeviz.state.motion import Knees, Motion, Poses
+from kneeviz.state.playback import Playback
+from kneeviz.state.search import SearchState
+from kneeviz.state.shown import Band
+from kneeviz.state.study import StudyState
+from kneeviz.views.html.pieces import status
+from kneeviz.views.view import View
+
+FloatArray = NDArray[np.float64]
+Target = viser.ViserServer | viser.ClientHandle
+Clients = Callable[[], dict[int, viser.ClientHandle]]
+
+
+class Page:
+    """A knee and its view.
+
+    Parameters
+    ----------
+    target : ViserServer or ClientHandle
+        Where the view is built; both have ``gui``, ``scene``, ``atomic`` and ``flush``.
+    knee : KneeFile
+        The baseline.
+    clients : callable
+        Returns the clients that look at this page, by their number.
+    post : callable
+        Asks for an action.
+    """
+
+    def __init__(self, target: Target, knee: KneeFile, clients: Clients, post: Post) -> None:
+        self.target, self.clients, self.post = target, clients, post
+        self.state = KneeState(knee)
+        self.playback = Playback()
+        self.view = View(target, post, self.state)
+        self.notices = Notices(clients, target.gui)
+        self.search = SearchState()
+        self.live = LiveState()
+        self.live_search = LiveSearch(post)
+        self.study = StudyState()
+        self.methods = MethodsState()
+        self.landscape = LandscapeState(post)
+        self.motion = Motion()
+        self.animation = Animation()
+        self.rng = np.random.default_rng()
+        self.overlay: bool = False
+        """Whether both worst cases are shown."""
+        self.band: Band | None = None
+        """The sampling band behind the curves."""
+        self.lesson: int | None = None
+        """The lesson's open step."""
+        self.model_ready: bool = False
+        self.surrogate_ready: bool = False
+        self.exact_ready: bool = False
+        self.settle_at: float | None = None
+        """When to bring sliders and surrogate to bounds that moved, s of `time.monotonic`."""
+        self.edited_at: float = -math.inf
+        """When a slider was last moved, s of `time.monotonic`."""
+        self.shown_stale: bool = False
+        """Whether the page says that its result belongs to other bounds."""
+        self.touched: bool = True
+        """Whether the charts' content, beyond the markers, is to be drawn anew."""
+        self.held: bool = False
+        """Whether to leave the picture as it is for once."""
+
+    def stop(self) -> None:
+        """Cancel what runs; the threads that wait for requests end."""
+        for job in (self.search.job, self.study.job, self.methods.job):
+            if job is not None:
+                job.cancel()
+        self.landscape.stop()
+        self.live_search.stop()
+
+    @property
+    def moving(self) -> bool:
+        """Whether the picture changes by itself."""
+        return self.model_ready and (self.playback.playing or self.animation.running)
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the result on the page belongs to other bounds than those set now."""
+        return self.state.result_is_stale and not self.live.keeps_up
+
+    @property
+    def knees(self) -> Knees:
+        """The visitor's knee and, if they are shown, both worst cases."""
+        one, two = self.state.worst if self.overlay else (None, None)
+        return self.state.current, one, two
+
+    @property
+    def poses(self) -> Poses:
+        """The poses on screen: the visitor's knee and both worst cases, at one moment."""
+        return self.motion.poses(self.state, self.knees, self.playback)
+
+    def advance(self, now: float) -> None:
+        """Carry on what moves; `now` is in s of `time.monotonic`."""
+        morphed = self.animation.morph(self.state.x, now)
+        if morphed is not None:
+            x, final = morphed
+            self.show_knee(x, final=final)
+        faded = self.animation.fade(now)
+        if faded is not None:
+            self.view.scene.fade_overlays(faded)
+        glided = self.animation.glide(now)
+        if glided is not None:
+            self.playback.set_share(glided)
+        self.playback.advance(now)
+
+    def show_knee(self, x: FloatArray, *, final: bool) -> None:
+        """Solve the knee `x` for display; the last one is also the one that is kept."""
+        if final:
+            solved = self.state.update(self.state.x)
+            if solved.sweep is None:
+                self.say("The model fails for this knee; the last good one is shown.", "bad")
+        else:
+            self.state.preview(x)
+        self.touched = True
+        self.motion.forget()
+
+    def move_to(self, x: FloatArray) -> None:
+        """Make `x` the visitor's knee; the one on screen turns into it."""
+        shown = self.state.x if self.state.current is None else self.state.current.x
+        self.state.x = widened(x, WIDTH)
+        if self.model_ready:
+            self.animation.start_morph(np.array(shown), time.monotonic())
+        self.mirror_sliders()
+
+    def set_parameter(self, index: int, value: float) -> None:
+        """Take a slider's value, in the parameter's unit."""
+        if abs(value - sliders.shown_value(self.view.knee, self.state, index)) < 1e-9:
+            return  # the browser repeats what it was told, with fewer digits than we keep
+        self.state.x[index] = value * SCALE[index]
+        handle = self.view.knee.sliders[index]
+        if handle.value != value:  # set by us while the visitor moved it
+            handle.value = value
+        self.animation.stop_morph()
+        self.edited_at = time.monotonic()
+        if self.model_ready:
+            self.show_knee(self.state.x, final=True)
+
+    def mirror_sliders(self) -> None:
+        """Let all sliders show the present knee, also in a browser that missed something."""
+        sliders.mirror(self.view.knee, self.state, self.target.gui)
+
+    def refit(self) -> None:
+        """Fit the surrogate anew, if the kernels are there."""
+        if self.surrogate_ready:
+            self.state.fit()
+            self.touched = True
+
+    def show_overlay(self, shown: bool) -> None:
+        """Show or hide the two worst cases; they fade in."""
+        shown = shown and self.state.result is not None
+        if shown and not self.overlay:
+            self.animation.start_fade(time.monotonic())
+            self.view.scene.fade_overlays(0.0)
+        self.overlay = shown
+        self.show_legends()
+        self.touched = True
+        self.motion.forget()
+
+    def show_band(self, band: Band | None) -> None:
+        """Draw a sampling band behind the curves, or none."""
+        self.band = band
+        self.show_legends()
+        self.touched = True
+
+    def show_legends(self) -> None:
+        """Write the charts' keys."""
+        self.view.show_legends(self.overlay, self.band)
+
+    def glide_to(self, moment: float) -> None:
+        """Turn the knee smoothly to where it rests under a moment, N m."""
+        sweep = None if self.state.current is None else self.state.current.sweep
+        if sweep is None:
+            return
+        self.playback.play(False)
+        share = self.playback.share
+        self.animation.start_glide(share, sweep.share_at(moment), time.monotonic())
+
+    def say(self, text: str, kind: str = "calm") -> None:
+        """Write the status line."""
+        self.view.transport.status.content = status(text, kind=kind)

@@ -1,0 +1,60 @@
+"""What the page reads of kneecore's results: the one place that knows where they keep it.
+
+The texts about a search (`views.html.result`) and the files that it gives away read the rest.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import kneecore
+from kneecore import ParameterSpace, Response, SearchResult, Trajectory
+
+FloatArray = NDArray[np.float64]
+
+
+def space(found: Any) -> ParameterSpace:
+    """Return the bounds that a result of any kind belongs to."""
+    kept: ParameterSpace = found.space
+    return kept
+
+
+def rest_length(found: Any) -> str:
+    """Return what a result's knees do with their rest lengths: "recomputed" or "fixed"."""
+    return str(found.rest_length)
+
+
+def solver(found: Any) -> str:
+    """Return how a result's knees were simulated: "dynamics" or "equilibrium"."""
+    return str(found.solver)
+
+
+def seed(found: Any) -> int:
+    """Return the seed of a result."""
+    return int(found.seed)
+
+
+def knees(result: SearchResult) -> tuple[tuple[FloatArray, Response], tuple[FloatArray, Response]]:
+    """Return both worst cases: parameters, SI, and the true model's answer."""
+    one, two = (np.array(x) for x in result.x)
+    return (one, result.model_1), (two, result.model_2)
+
+
+def angles_deg(result: SearchResult) -> FloatArray:
+    """Return the two worst cases' angles in the true model, shape (2, 12), deg."""
+    return np.degrees([response.flexion for _, response in knees(result)])
+
+
+def motion(result: SearchResult, x: FloatArray) -> Trajectory:
+    """Return the motion in time of one of a result's knees."""
+    return kneecore.trajectory(x, baseline=result.space.baseline, rest_length=result.rest_length)
+
+
+def same_bounds(a: Any, b: Any) -> bool:
+    """Tell whether two results belong to the same bounds and rest lengths."""
+    return (
+        np.array_equal(space(a).lower, space(b).lower)
+        and np.array_equal(space(a).upper, space(b).upper)
+        and rest_length(a) == rest_length(b)
+    )

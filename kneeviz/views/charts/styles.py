@@ -1,0 +1,53 @@
+"""How uPlot draws lines, dots and axes: one hue a knee, the same in every chart."""
+
+from typing import Any
+
+from kneeviz.views import theme
+
+
+def line_style(
+    colour: str, width: float, *, dash: tuple[float, ...] | None = None
+) -> dict[str, Any]:
+    """Return a line without dots at its corners."""
+    line: dict[str, Any] = {"stroke": colour, "width": width, "points": {"show": False}}
+    if dash is not None:
+        line["dash"] = dash
+    return line
+
+
+def knee_lines(colours: theme.Palette) -> list[dict[str, Any]]:
+    """Return the lines of baseline, the visitor's knee, worst case 1 and 2."""
+    return [
+        line_style(colours.baseline, 1.5),
+        line_style(colours.current, 2.5),
+        line_style(colours.model_1, 2.0),
+        line_style(colours.model_2, 2.0),
+    ]
+
+
+def dots(colours: theme.Palette) -> list[dict[str, Any]]:
+    """Return the dots that mark the poses on screen."""
+    hues = (colours.current, colours.model_1, colours.model_2)
+    return [
+        {"stroke": hue, "width": 0, "points": {"show": True, "size": 10, "fill": hue, "space": 0}}
+        for hue in hues
+    ]
+
+
+def axis_style(
+    label: str, *, side: int, scale: str, size: int, colours: theme.Palette
+) -> dict[str, Any]:
+    """Return an axis; `side` is uPlot's: 2 below, 3 to the left."""
+    return {
+        "label": label,
+        "side": side,
+        "scale": scale,
+        "size": size,
+        "labelSize": 18,
+        "gap": 4,
+        "font": "11px sans-serif",
+        "labelFont": "12px sans-serif",
+        "stroke": colours.text,
+        "grid": {"stroke": colours.rule, "width": 1},
+        "ticks": {"stroke": colours.rule, "size": 4, "width": 1},
+    }

@@ -1,0 +1,108 @@
+"""What a search found, in words and a table."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kneecore import LIGAMENTS, SearchResult
+from kneeviz.state import results
+from kneeviz.views import theme
+from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.pieces import coloured, faint, number, table
+
+_F = '<span title="The angles between the two models, summed over the loads that count">f</span>'
+
+
+def _sides(result: SearchResult) -> NDArray[np.int8]:
+    """Return at which bound each parameter of both knees lies, shape (2, n): -1, 0 or 1."""
+    space = results.space(result)
+    return np.stack([space.at_bounds(x) for x, _ in results.knees(result)])
+
+
+def differences(result: SearchResult, colours: theme.Palette) -> str:
+    """Return the table of what differs between the two worst cases."""
+    (_, one), (_, two) = results.knees(result)
+    head = ("", coloured("model 1", colours.model_1), coloured("model 2", colours.model_2))
+    straight = [float(np.degrees(r.flexion[5])) for r in (one, two)]
+    bent = [float(np.degrees(r.flexion[11])) for r in (one, two)]
+    rows = [
+        ("Angle at +5 N·m", *(number(a, 1, "°") for a in straight)),
+        ("Over-extension", *(number(max(-a, 0.0), 1, "°") for a in straight)),
+        ("Extension deficit", *(number(max(a, 0.0), 1, "°") for a in straight)),
+        ("Angle at \u22125 N·m", *(number(a, 1, "°") for a in bent)),
+    ]
+    for i, name in enumerate(LIGAMENTS):
+        rows.append(
+            (f"{name.upper()} at +5 N·m", *(number(r.tension[5, i], 0, "N") for r in (one, two)))
+        )
+    rows.append(("Contact at +5 N·m", *(number(r.contact_force[5], 0, "N") for r in (one, two))))
+    free = results.space(result).n_free
+    on_bound = (int((sides != 0).sum()) for sides in _sides(result))
+    rows.append(("Parameters at a bound", *(f"{n} of {free}" for n in on_bound)))
+    return table(head, rows)
+
+
+def objective_line(result: SearchResult) -> str:
+    """Return f with the true model's value beside the surrogate's, never one without the other."""
+    model = result.objective_model
+    true = "not known (the model failed there)" if model is None else number(model, 0, "°")
+    rest = " at rest" if results.solver(result) == "equilibrium" else ""
+    if result.objective_surrogate is None:
+        return f"{_F} = <b>{true}</b>, searched in the true model{rest}."
+    gap = "" if result.gap_percent is None else f" (gap {number(result.gap_percent, 1)} %)"
+    return (
+        f"{_F}: surrogate {number(result.objective_surrogate, 0, '°')}, "
+        f"true model{rest} <b>{true}</b>{gap}."
+    )
+
+
+def evidence_line(result: SearchResult) -> str:
+    """Return what an exact search says about how good its f is; nothing for another."""
+    evidence = result.evidence
+    if evidence is None:
+        return ""
+    where = "" if result.search_space == "model" else " in the surrogate"
+    share = number(100.0 * evidence.share_reached, 0, "%")
+    parts = [f"{share} of {evidence.n_climbs} climbs{where} end here"]
+    if evidence.second_best is not None:
+        parts.append(f"second basin {number(evidence.second_best, 1, '°')}")
+    space = results.space(result)
+    inside = int((_sides(result) == 0)[:, space.free].sum())
+    total = 2 * space.n_free
+    parts.append(f"{total - inside} of {total} values on a bound")
+    if evidence.objective_before_climb is not None and result.objective_model is not None:
+        gain = result.objective_model - evidence.objective_before_climb
+        parts.append(f"{number(gain, 1, '°')} gained in motion")
+    if evidence.n_lost:
+        parts.append(f"{evidence.n_lost:,} knees without an equilibrium left out")
+    return f"<br>{faint('; '.join(parts) + '.')}"
+
+
+def repair_line(result: SearchResult) -> str:
+    """Return how a surrogate was repaired; nothing for one that was not."""
+    repair = result.repair
+    if repair is None:
+        return ""
+    gaps = [r.gap_percent for r in repair.rounds if r.gap_percent is not None]
+    first = (
+        f": the gap went from {number(gaps[0], 1)} to {number(gaps[-1], 1, '%')}" if gaps else ""
+    )
+    missed = "" if repair.reached else f" (its goal, {repair.goal_percent:g} %, was not reached)"
+    return f"<br>{faint(f'Repaired with {repair.n_models} more models{first}{missed}.')}"
+
+
+def live_note(sampled: str) -> str:
+    """Return what the live search shows, in words."""
+    return (
+        "Live, settled: every knee at rest under its load, within the bounds around yours. "
+        f"The pale band holds 99.7 % of {sampled}."
+    )
+
+
+def bound_names(result: SearchResult) -> str:
+    """Return which parameters have the two models at opposite bounds."""
+    one, two = _sides(result).astype(int)
+    names = results.space(result).names
+    opposite = [parameter_label(names[i]) for i in np.flatnonzero(one * two < 0)]
+    if not opposite:
+        return "No parameter lies at opposite bounds in the two."
+    return f"At opposite bounds ({len(opposite)}): {', '.join(opposite)}."
