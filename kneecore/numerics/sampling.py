@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import Literal, get_args
 
-import lazy_loader
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: plain sampling needs none
 from numpy.typing import NDArray
 
 from kneecore._arguments import LARGEST_COUNT, choice, whole_number
@@ -12,9 +12,6 @@ from kneecore._arguments import LARGEST_COUNT, choice, whole_number
 __all__ = ["Sampling", "batches", "check_count", "check_seed", "n_drawn", "uniform"]
 
 FloatArray = NDArray[np.float64]
-
-_STATS = lazy_loader.load("scipy.stats")
-"""Half a second that plain sampling does not need."""
 Sampling = Literal["uniform", "latin-hypercube", "sobol"]
 
 
@@ -91,11 +88,11 @@ def batches(
         # Its columns are independent: drawn one by one they take half the room.
         points = np.empty((left, n_dimensions))
         for column in range(n_dimensions):
-            points[:, column] = _STATS.qmc.LatinHypercube(1, rng=rng).random(left)[:, 0]
+            points[:, column] = scipy.stats.qmc.LatinHypercube(1, rng=rng).random(left)[:, 0]
         for first in range(0, left, size):
             yield points[first : first + size]
         return
-    engine = _STATS.qmc.Sobol(n_dimensions, rng=rng)
+    engine = scipy.stats.qmc.Sobol(n_dimensions, rng=rng)
     # Sobol' batches keep the sequence's balance if they are powers of two.
     size = 2 ** int(np.log2(min(size, left)))
     for _ in range(left // size):
