@@ -85,7 +85,9 @@ def test_every_option_is_documented_and_has_a_flag(kind, one):
     assert len(one.help) > 5
     assert one.help.endswith(".")
     told = help_of(SETTINGS[kind])
-    assert f"{one.flag}." in told if dataclasses.is_dataclass(one.default) else one.flag in told
+    group = dataclasses.is_dataclass(one.default)
+    flag = one.flag if one.default is not True else one.flag.replace("--", "--no-", 1)
+    assert (f"{flag}." if group else flag) in told
     assert flag_names(kind)[one.name] == one.flag
 
 
