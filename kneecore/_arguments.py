@@ -26,6 +26,7 @@ __all__ = [
     "numbers",
     "one_line",
     "shown",
+    "shown_name",
     "text",
     "whole_number",
 ]
@@ -47,6 +48,11 @@ def shown(value: object) -> str:
     return (
         line if len(line) <= _LONGEST else f"{line[: _LONGEST - 20]}... ({len(line):,} characters)"
     )
+
+
+def shown_name(path: str) -> str:
+    """Return the name of a file as a message shows it: as it is, unless it is long or odd."""
+    return path if path.isprintable() and len(path) <= 4 * _LONGEST else shown(path)
 
 
 def choice(name: str, value: Any, allowed: Sequence[_T], said: str | None = None) -> _T:

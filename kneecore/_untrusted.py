@@ -128,6 +128,8 @@ def read_text(path: str | Path, limit: int) -> str:
 
 def _own_text(text: str, limit: int) -> str:
     """Return `text`, as a file of at most `limit` bytes could hold it, without byte-order mark."""
+    if not isinstance(text, str):
+        raise FileFormatError(f"not a text but {shown(text)}")
     try:
         size = len(text.encode("utf-8"))
     except UnicodeEncodeError:

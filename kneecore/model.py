@@ -27,7 +27,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import flag, number, one_line, shown
+from kneecore._arguments import flag, number, numbers, one_line, shown, text
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, scales_of
@@ -210,18 +210,19 @@ class Model:
             If there is no such objective, or the given weights are not m numbers of at least 0,
             one above 0 among those that count.
         """
-        if objective not in self.objectives:
+        if text("objective", objective, 200) not in self.objectives:
             raise ParameterError(
                 f"`objective` is {shown(objective)}; {', '.join(self.objectives)} is allowed"
             )
-        weights = self.objectives[objective] / self._scales
+        weights: FloatArray = self.objectives[objective] / self._scales
         if given is not None:
-            if len(given) != self.n_outputs:
+            own = numbers("weights", given)
+            if own.shape != (self.n_outputs,):
                 raise ParameterError(
-                    f"`weights` has {len(given)} numbers; {self.n_outputs} are needed, one for "
+                    f"`weights` has shape {own.shape}; ({self.n_outputs},) is needed, one for "
                     "each number that the model returns"
                 )
-            weights = weights * np.asarray(given)
+            weights = weights * own
         if not weights.any():
             raise ParameterError(
                 "`weights` are all 0 where the objective counts; one above 0 is needed"
@@ -237,7 +238,7 @@ class Model:
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the free inputs' unit cube, shape (..., n_free), to inputs, (..., d)."""
-        unit = np.asarray(u, dtype=np.float64)
+        unit = numbers("u", u)
         if unit.ndim == 0 or unit.shape[-1] != self.n_free:
             raise ParameterError(f"`u` has shape {unit.shape}; (..., {self.n_free}) is allowed")
         full = np.full((*unit.shape[:-1], len(self.inputs)), 0.5)
@@ -256,7 +257,7 @@ class Model:
 
         `tolerance` is a share of the input's range.
         """
-        unit = self.to_free_unit(x)
+        unit, tolerance = self.to_free_unit(x), number("tolerance", tolerance)
         side = np.where(unit <= tolerance, -1, np.where(unit >= 1.0 - tolerance, 1, 0))
         sides = np.zeros((*unit.shape[:-1], len(self.inputs)), dtype=np.int8)
         sides[..., self.free] = side
@@ -279,16 +280,22 @@ class Model:
         model.__dict__.update(self.__dict__)
         return model
 
+    def point(self, x: ArrayLike) -> FloatArray:
+        """Return one point, shape (d,), checked and copied."""
+        values = np.array(self._points("x", x))
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise ParameterError(
+                f"`x` has shape {values.shape}; one point, ({len(self.inputs)},), of finite "
+                "numbers is allowed"
+            )
+        return values
+
     def _points(self, argument: str, x: ArrayLike) -> FloatArray:
-        try:
-            values = np.asarray(x)
-            usable = values.dtype.kind in "iuf" and values.ndim > 0 and not np.ma.isMaskedArray(x)
-        except ValueError:
-            usable = False
-        if not usable or values.shape[-1] != len(self.inputs):
-            shape = f"has shape {np.shape(values)}" if usable else "is not an array of numbers"
-            raise ParameterError(f"`{argument}` {shape}; (..., {len(self.inputs)}) is allowed")
-        return np.asarray(values, dtype=np.float64)
+        allowed = f"(..., {len(self.inputs)}) is allowed"
+        values = numbers(argument, x, allowed)
+        if np.ma.isMaskedArray(x) or values.ndim == 0 or values.shape[-1] != len(self.inputs):
+            raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
+        return values
 
     # What it can do.
 

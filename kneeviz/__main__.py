@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from kneecore.cli import run as _cli
+from kneecore.cli import run
 
 if TYPE_CHECKING:
     from kneeviz.server.app import App
@@ -95,7 +95,7 @@ def choose_port(host: str, port: int | None) -> int:
     ParameterError
         If the port that was asked for is taken or no port, or the host is none of this machine's.
     """
-    from kneecore.errors import ParameterError
+    from kneecore import ParameterError
 
     if port is not None and not 0 <= port <= 65535:
         raise ParameterError(f"`port` is {port}; 0 to 65535 is allowed")
@@ -131,8 +131,7 @@ def chosen_token(options: Options) -> str | bool | None:
 
 def start(options: Options) -> "App":
     """Read the files, choose the port and start the server."""
-    from kneecore import read_knee
-    from kneecore.errors import ParameterError
+    from kneecore import ParameterError, read_knee
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
@@ -141,7 +140,7 @@ def start(options: Options) -> "App":
     knee = None if options.baseline is None else read_knee(options.baseline)
     result = None
     if options.result is not None:
-        from kneecore.search.result import SearchResult
+        from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
     from kneeviz.server.app import App
@@ -185,13 +184,13 @@ def _serve(app: "App", *, browser: bool) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = _cli.parse(Options, arguments, COMMAND)
-    from kneecore.errors import KneecoreError
+    options = run.parse(Options, arguments, COMMAND)
+    from kneecore import KneecoreError
 
     try:
         app = start(options)
     except KneecoreError as error:
-        return _cli.fail(COMMAND, error)
+        return run.fail(COMMAND, error)
     _serve(app, browser=not options.no_browser)
     return 0
 

@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from kneecore.figures.evidence import convergence_figure, repair_figure
 from kneecore.figures.knee_pair import ap_position, ligament_forces, moment_angle
-from kneecore.figures.style import COLOURS, LABELS, REST_DEG, STYLE, axis_label, output_slices
+from kneecore.figures.style import (
+    COLOURS,
+    LABELS,
+    REST_DEG,
+    STYLE,
+    axis_label,
+    lay_axis,
+    output_slices,
+)
 from kneecore.inputs import Output
 from kneecore.knee.model import Knee
 from kneecore.model import Shape
@@ -117,7 +125,7 @@ def _curves(axes: Axes, result: SearchResult, output: Output, columns: slice) ->
             label=LABELS[name],
             zorder=3,
         )
-    axes.set_xlabel(axis_label(output.axis_name or "axis", output.axis_unit))
+    lay_axis(axes, output)
     axes.set_ylabel(axis_label(output.name, output.unit))
 
 

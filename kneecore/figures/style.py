@@ -30,6 +30,7 @@ __all__ = [
     "angle_axes",
     "axis_label",
     "curve",
+    "lay_axis",
     "output_slices",
     "render",
     "through_rest",
@@ -70,6 +71,16 @@ def render(
 def axis_label(name: str, unit: str) -> str:
     """Return an axis's label: `gain, dB`."""
     return f"{name}, {unit}" if unit else name
+
+
+def lay_axis(axes: Axes, output: Output) -> None:
+    """Label the horizontal axis as an output's, by decades where its steps are equal factors."""
+    axes.set_xlabel(axis_label(output.axis_name or "axis", output.axis_unit))
+    at = np.array(output.axis)
+    if len(at) > 2 and at.min() > 0.0 and at.max() > 3.0 * at.min():
+        factors = at[1:] / at[:-1]
+        if np.ptp(factors) < 1e-6 * abs(factors[0]):
+            axes.set_xscale("log")
 
 
 def through_rest(model: Model) -> float | None:

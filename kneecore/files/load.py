@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from kneecore._arguments import file_name
+from kneecore._arguments import file_name, shown
 from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.presented import Format, format_with_schema
@@ -49,6 +49,17 @@ def from_json(text: str, form: Format) -> Any:
     return _read(_document(text), form)
 
 
+def _path(given: str | Path) -> Path:
+    """Return a path that the system can be asked for."""
+    path = Path(file_name("path", given))
+    try:
+        path.is_dir()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "no name of a file"
+        raise FileFormatError(f"{shown(str(path))}: cannot be read ({reason})") from None
+    return path
+
+
 def _text_of(path: Path) -> str:
     return read_text(path, MAX_BYTES)
 
@@ -61,7 +72,7 @@ def load_with(path: str | Path, form: Format) -> Any:
     FileFormatError
         If it cannot be read or is no such result; the message names the file.
     """
-    path = Path(file_name("path", path))
+    path = _path(path)
     if path.is_dir():
         path = path / form.file
     try:
@@ -78,7 +89,7 @@ def load(path: str | Path) -> Any:
     FileFormatError
         If there is none, or more than one in a folder; the message names the file.
     """
-    path = Path(file_name("path", path))
+    path = _path(path)
     if path.is_dir():
         path = _only_result(path)
     try:

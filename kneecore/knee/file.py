@@ -12,7 +12,7 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore import _untrusted
-from kneecore._arguments import file_name, flag, numbers, one_line, shown
+from kneecore._arguments import file_name, flag, numbers, one_line, shown, shown_name
 from kneecore._arguments import text as checked_text
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
@@ -209,7 +209,7 @@ def read_knee(path: str | Path) -> KneeFile:
     try:
         return parse_knee(_untrusted.read_bytes(name, MAX_BYTES))
     except FileFormatError as error:
-        raise FileFormatError(f"{name}: {error}") from None
+        raise FileFormatError(f"{shown_name(name)}: {error}") from None
 
 
 @cache
@@ -331,9 +331,9 @@ def _in_a_lossless_unit(numbers: list[float], unit: str) -> tuple[str, list[floa
     That is `unit` wherever it can be: one in some thousands of SI values is not the product of
     any float and the unit's factor, and is then written in SI.
     """
-    shown = [_decimal(number, units.si_factor(unit)) for number in numbers]
-    if all(number is not None for number in shown):
-        return unit, [float(number) for number in shown if number is not None]
+    decimals = [_decimal(float(number), units.si_factor(unit)) for number in numbers]
+    if all(number is not None for number in decimals):
+        return unit, [float(number) for number in decimals if number is not None]
     return units.si_unit(unit), [float(number) for number in numbers]
 
 

@@ -17,7 +17,7 @@ from typing import Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import choice
+from kneecore._arguments import choice, numbers
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient
@@ -183,9 +183,10 @@ class Knee(Model):
         return unit
 
     def _points(self, argument: str, x: ArrayLike) -> FloatArray:
-        values = np.asarray(x)
-        numbers = values.ndim > 0 and values.dtype.kind in "iuf"
-        if numbers and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+        values = numbers(argument, x)
+        if values.ndim > 0 and values.shape[-1] in (N_PARAMETERS, len(ALL_NAMES)):
+            if values[..., len(self.inputs) :].any():  # rest lengths are changed, but held
+                return np.array(values, dtype=np.float64)
             return widened(values, len(self.inputs))
         return super()._points(argument, x)
 

@@ -161,7 +161,7 @@ LARGEST.setflags(write=False)
 def in_display_unit(index: int, value: float) -> str:
     """Return parameter `index` at SI `value` as text in its display unit."""
     unit = _UNITS[index]
-    return f"{value / units.si_factor(unit):.6g}" + ("" if unit == "-" else f" {unit}")
+    return f"{float(value) / units.si_factor(unit):.6g}" + ("" if unit == "-" else f" {unit}")
 
 
 def _first_fault(values: FloatArray) -> tuple[int, int, str] | None:

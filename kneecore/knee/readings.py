@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.knee.response import LARGEST_EXTENSION, MOMENT
 
@@ -33,7 +34,7 @@ def reading(flexion_deg: ArrayLike, name: str) -> FloatArray:
     """
     angles = np.asarray(flexion_deg, dtype=np.float64)
     if name not in READINGS:
-        raise ParameterError(f"`name` is {name!r}; {', '.join(READINGS)} are allowed")
+        raise ParameterError(f"`name` is {shown(name)}; {', '.join(READINGS)} are allowed")
     if name == DEFICIT:
         return np.maximum(angles[..., LARGEST_EXTENSION], 0.0)
     load = next(k for k, m in enumerate(MOMENT) if f"{m:+g} N m" == name)

@@ -19,7 +19,7 @@ from typing import Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import choice, number, numbers, one_line, shown, text
+from kneecore._arguments import choice, number, numbers, one_line, shown, shown_name, text
 from kneecore.errors import ParameterError
 from kneecore.knee.file import LONGEST_TEXT, dump_knee, packaged_knee, read_knee
 from kneecore.knee.parameters import (
@@ -266,7 +266,8 @@ class ParameterSpace:
         centre = knee.baseline if around == "baseline" else knee.current
         if centre is None:
             raise ParameterError(
-                f"`around` is 'current', and {path} has no [current] knee; 'baseline' is allowed"
+                f"`around` is 'current', and {shown_name(str(path))} has no [current] knee; "
+                "'baseline' is allowed"
             )
         in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
         given = {

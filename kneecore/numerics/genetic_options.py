@@ -6,6 +6,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 
 FloatArray = NDArray[np.float64]
@@ -37,7 +38,7 @@ class GeneticOptions:
         for option in fields(self):
             value = getattr(self, option.name)
             if isinstance(value, bool) or not isinstance(value, Real):
-                raise ParameterError(f"`{option.name}` is {value!r}; a number is allowed")
+                raise ParameterError(f"`{option.name}` is {shown(value)}; a number is allowed")
             object.__setattr__(self, option.name, float(value))
         shares = (self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
         if not (min(shares) > 0.0 and abs(sum(shares) - 1.0) <= 1e-9):

@@ -11,6 +11,7 @@ True
 import time
 from typing import Any
 
+from kneecore._arguments import shown
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
 from kneecore.knee.model import Knee
@@ -74,9 +75,11 @@ def redo_paper(
     """
     knee = _checked(knee)
     if not isinstance(quick, bool):
-        raise ParameterError(f"`quick` is {quick!r}; True or False is allowed")
+        raise ParameterError(f"`quick` is {shown(quick)}; True or False is allowed")
     if callback is not None and not callable(callback):
-        raise ParameterError(f"`callback` is {callback!r}; a function of a Progress is allowed")
+        raise ParameterError(
+            f"`callback` is {shown(callback)}; a function of a Progress is allowed"
+        )
     seed = check_seed(seed)
     paper = packaged_paper()
     started = time.perf_counter()

@@ -27,8 +27,8 @@ def summary(study: MonteCarloResult) -> str:
     )
     unit = column.output.unit
     return (
-        f"{column.title}: {with_unit(mean, unit)} on average; 99.7 % of the samples lie from {low} to "
-        f"{with_unit(high, unit)}."
+        f"{column.title}: {with_unit(mean, unit)} on average; 99.7 % of the samples lie from {low} "
+        f"to {with_unit(high, unit)}."
     )
 
 

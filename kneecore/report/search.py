@@ -32,10 +32,13 @@ def summary(result: SearchResult) -> str:
         return knee_summary(result)
     if not np.isfinite(result.y).all():
         return "The true model fails for one of the two models; their outputs cannot be compared."
-    column = result.model.columns[result.model.watched]
-    unit = column.output.unit
-    one, two = (with_unit(significant(v), unit) for v in result.y[:, result.model.watched])
-    return f"{column.label}: model 1 gives {one}, model 2 {two}."
+    settings = result.settings
+    weights = result.model.weights(settings.objective, settings.weights)
+    k = int(np.argmax(weights * np.abs(result.y[0] - result.y[1])))
+    column = result.model.columns[k]
+    one, two = (with_unit(significant(v), column.output.unit) for v in result.y[:, k])
+    part = "" if result.model.n_outputs == 1 else ", the largest part of f"
+    return f"{column.title}: model 1 gives {one}, model 2 {two}{part}."
 
 
 def _objective_line(result: SearchResult) -> str:

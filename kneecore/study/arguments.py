@@ -2,6 +2,7 @@
 
 from typing import Any, TypeVar
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
@@ -26,14 +27,18 @@ def checked_settings(
     if settings is None:
         return kind()
     if not isinstance(settings, kind):
-        raise ParameterError(f"`settings` is {settings!r}; kneecore.{kind.__name__} are allowed")
+        raise ParameterError(
+            f"`settings` is {shown(settings)}; kneecore.{kind.__name__} are allowed"
+        )
     return settings
 
 
 def check_callback(callback: Any) -> None:
     """Raise a `ParameterError` if a callback cannot be called."""
     if callback is not None and not callable(callback):
-        raise ParameterError(f"`callback` is {callback!r}; a function of a Progress is allowed")
+        raise ParameterError(
+            f"`callback` is {shown(callback)}; a function of a Progress is allowed"
+        )
 
 
 class Steps:

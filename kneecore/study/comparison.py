@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.presented import Presented
@@ -38,7 +39,9 @@ class Comparison(Presented):
         """
         choices = self.model.objectives
         if objective not in choices:
-            raise ParameterError(f"`objective` is {objective!r}; {', '.join(choices)} is allowed")
+            raise ParameterError(
+                f"`objective` is {shown(objective)}; {', '.join(choices)} is allowed"
+            )
         chosen = choices[objective] > 0.0
         share: FloatArray = (self.excess[:, chosen] > 0.0).mean(axis=1)
         return share

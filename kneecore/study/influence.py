@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore._arguments import shown
 from kneecore._threads import thread_count
 from kneecore._version import versions
 from kneecore.errors import ParameterError
@@ -77,7 +78,7 @@ def check_column(column: int, n_outputs: int) -> None:
     whole = isinstance(column, int | np.integer) and not isinstance(column, bool)
     if not whole or not 0 <= column < n_outputs:
         raise ParameterError(
-            f"`column` is {column!r}; a whole number from 0 to {n_outputs - 1} is allowed"
+            f"`column` is {shown(column)}; a whole number from 0 to {n_outputs - 1} is allowed"
         )
 
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import shown
 from kneecore._version import versions
 from kneecore.errors import ParameterError
 from kneecore.model import Model
@@ -75,24 +76,10 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     listed = isinstance(names, Sequence) and not isinstance(names, str)
     if not listed or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         raise ParameterError(
-            f"`names` is {tuple(names) if listed else names!r}; two different of the free inputs "
+            f"`names` is {shown(tuple(names) if listed else names)}; two different of the free inputs "
             f"are allowed: {', '.join(free)}"
         )
     return model.names.index(names[0]), model.names.index(names[1])
-
-
-def _centre(x: ArrayLike | None, model: Model) -> FloatArray:
-    """Return the point around which the slice is laid."""
-    if x is None:
-        return np.array(model.nominal)
-    model.to_free_unit(x)  # refuses what is no point of the model
-    centre = np.array(x, dtype=np.float64)
-    if centre.ndim != 1 or not np.isfinite(centre).all():
-        raise ParameterError(
-            f"`x` has shape {centre.shape}; one point of {len(model.inputs)} finite numbers is "
-            "allowed"
-        )
-    return centre
 
 
 def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
@@ -142,12 +129,12 @@ def landscape(
     check_model(model)
     check_callback(callback)
     first, second = _places(names, model)
-    centre = _centre(x, model)
+    centre = model.point(model.nominal if x is None else x)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):
         raise ParameterError(
-            f"`surrogate` is {surrogate!r}; what kneecore.fit_surrogate returns is allowed"
+            f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"
         )
     axes = tuple(np.linspace(model.lower[i], model.upper[i], n_points) for i in (first, second))
     points = np.tile(centre, (n_points, n_points, 1))

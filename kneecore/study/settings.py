@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kneecore._arguments import number
+from kneecore._arguments import number, shown
 from kneecore.errors import ParameterError
 from kneecore.numerics.sampling import Sampling, check_count, check_seed
 from kneecore.options import check_choices, option
@@ -33,7 +33,7 @@ def _check_seed(settings: Any) -> None:
 def _row(argument: str, values: Any) -> tuple[Any, ...]:
     """Return a row of values as a tuple; a `ParameterError` if it is none or is empty."""
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
-        raise ParameterError(f"`{argument}` is {values!r}; a row of numbers is allowed")
+        raise ParameterError(f"`{argument}` is {shown(values)}; a row of numbers is allowed")
     if len(values) == 0:
         raise ParameterError(f"`{argument}` is empty; at least one number is needed")
     return tuple(values)
@@ -90,7 +90,9 @@ class InfluenceSettings:
     def __post_init__(self) -> None:
         _check_counts(self, "n_base")
         if not isinstance(self.intervals, bool):
-            raise ParameterError(f"`intervals` is {self.intervals!r}; True or False is allowed")
+            raise ParameterError(
+                f"`intervals` is {shown(self.intervals)}; True or False is allowed"
+            )
         _check_seed(self)
 
 

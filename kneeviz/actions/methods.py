@@ -1,9 +1,7 @@
 """The comparison of the search's methods. Runs on the session's worker."""
 
 from collections.abc import Callable
-from typing import cast
 
-from kneecore.knee.response import Solver
 from kneeviz.jobs import computations
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
@@ -28,7 +26,7 @@ def _compare(page: Page, value: Asked) -> None:
     work = computations.comparison(
         page.state.bounded,
         objective=tab.objective.value,
-        solver=cast(Solver, SOLVERS[tab.solver.value]),
+        solver=SOLVERS[tab.solver.value],
         seed=round(tab.seed.value),
     )
     compared.job = Job("comparison", work, page.post)

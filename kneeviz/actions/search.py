@@ -1,10 +1,8 @@
 """The worst-case search. Runs on the session's worker."""
 
 from collections.abc import Callable
-from typing import cast
 
-from kneecore.knee.response import Solver
-from kneecore.search.settings import Method, SearchSpace
+from kneecore.search.settings import SearchSpace
 from kneeviz.actions.knee import choose_preset
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import take_result
@@ -50,9 +48,9 @@ def _options(tab: SearchTab, search_space: SearchSpace) -> SearchOptions:
     """Return what the visitor has set."""
     return SearchOptions(
         search_space=search_space,
-        method=cast(Method, METHODS[tab.method.value]),
+        method=METHODS[tab.method.value],
         repair=bool(tab.repair.value),
-        solver=cast(Solver, SOLVERS[tab.solver.value]),
+        solver=SOLVERS[tab.solver.value],
         objective=tab.objective.value,
         pop_size=round(tab.pop_size.value),
         n_generations=round(tab.n_generations.value),

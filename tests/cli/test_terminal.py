@@ -93,7 +93,7 @@ def test_an_error_that_quotes_a_strangers_text_is_one_clean_line(capsys, tmp_pat
     assert out == ""
     check_clean(err)
     assert err.count("\n") == 1
-    assert "knee\\u001b[2J.toml: `schema` is" in err
+    assert "\\x1b[2J.toml': `schema` is" in err
     code, _, err = called(capsys, simulate, "--solver", "a\x9b31m")
     assert code == 2
     check_clean(err)

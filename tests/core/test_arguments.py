@@ -9,31 +9,46 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import kneecore
 from kneecore import (
     FileFormatError,
+    Input,
+    Knee,
     KneecoreError,
+    Model,
+    Output,
     ParameterError,
     ParameterSpace,
+    SearchResult,
+    SearchSettings,
+    compare_methods,
     dump_knee,
     fit_surrogate,
     flexion_gradient,
+    influence,
+    landscape,
+    monte_carlo,
     packaged_knee,
     parameter_table,
     read_knee,
     simulate,
     simulate_batch,
     trajectory,
+    worst_case,
 )
 from kneecore import _arguments as arguments
 from kneecore._assets import asset_path
 from kneecore.knee.file import LONGEST_TEXT, parse_knee
-from kneecore.knee.model import load_weights
 from kneecore.knee.parameters import ALL_NAMES, LARGEST, NAMES, check_physical, widened
 from kneecore.numerics import sampling
+from kneecore.options import options_of
+from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
 KNEE = packaged_knee()
 SPACE = ParameterSpace()
 X = SPACE.baseline
+KNEES = Knee(ParameterSpace(case="material"), solver="equilibrium", threads=1)
+SMALL = SearchSettings(training_samples=10, pop_size=10, n_generations=2)
 
 
 class Sly:
@@ -92,15 +107,44 @@ CALLABLES = {
     | {"solver": "equilibrium", "threads": 1},
     flexion_gradient: {"x": X, "baseline": None, "rest_length": "recomputed"},
     trajectory: {"x": X, "baseline": None, "rest_length": "recomputed", "frame_steps": 250},
-    fit_surrogate: {"space": SPACE, "n_samples": 30, "seed": 0, "rest_length": "recomputed"}
-    | {"threads": 1, "callback": None},
-    load_weights: {"objective": "all"},
+    Knee: {"space": SPACE, "solver": "equilibrium", "rest_length": "recomputed", "threads": 1},
+    KNEES.simulate: {"x": X},
+    KNEES.simulate_batch: {"x": X[None]},
+    KNEES.trajectory: {"x": X},
+    KNEES.evaluate: {"x": X[None]},
+    KNEES.draw: {"x": X},
+    KNEES.with_size: {"size": 1.0},
+    KNEES.weights: {"objective": "all", "given": None},
+    KNEES.to_free_unit: {"x": X},
+    KNEES.from_free_unit: {"u": np.full(6, 0.5)},
+    KNEES.at_bounds: {"x": X, "tolerance": 1e-3},
+    Input: {"name": "a", "nominal": 1.0, "tolerance_percent": None, "half_range": None}
+    | {"lower": 0.0, "upper": 2.0, "unit": "", "shown_unit": None, "shown_scale": 1.0},
+    Output: {"name": "a", "unit": "", "axis": None, "axis_name": "", "axis_unit": ""}
+    | {"scale": None},
+    Model: {"run": len, "inputs": [Input("a", lower=0, upper=1)], "outputs": [Output("b")]}
+    | {"gradient": None, "draw": None, "name": "m", "threads": None},
+    SearchSettings: {o.name: o.default for o in options_of(SearchSettings)},
+    fit_surrogate: {"model": KNEES, "n_samples": 30, "seed": 0, "callback": None},
+    worst_case: {"model": KNEES, "settings": SMALL, "callback": None},
+    compare_methods: {"model": None, "settings": None, "callback": None},
+    monte_carlo: {"model": KNEES, "settings": SamplingSettings(n_samples=10)}
+    | {"marks": None, "callback": None},
+    influence: {"model": KNEES, "settings": InfluenceSettings(n_base=2, intervals=False)}
+    | {"callback": None},
+    landscape: {"model": KNEES, "names": ("acl_stiffness", "pcl_stiffness"), "x": None}
+    | {"surrogate": None, "n_points": 2, "callback": None},
+    kneecore.load: {"path": "nothing"},
+    SearchResult.from_json: {"text": "{}"},
+    SearchResult.load: {"path": "nothing"},
     check_physical: {"values": X, "argument": "x"},
     widened: {"x": X, "width": 32},
     sampling.check_count: {"name": "n", "value": 1},
     sampling.check_seed: {"seed": 1},
     sampling.n_drawn: {"n_samples": 1, "sampling": "sobol"},
 }
+OF_A_FILE = (read_knee, parse_knee, ParameterSpace.from_file, kneecore.load)
+OF_A_FILE += (SearchResult.from_json, SearchResult.load)
 OUR_OWN = {"argument", "name", "width"}  # given by our own code, never by a user
 
 
@@ -112,8 +156,11 @@ def test_anything_gets_an_answer_or_one_line_that_names_the_argument(function, d
     names = sorted(set(given_) - OUR_OWN)
     for name in data.draw(st.lists(st.sampled_from(names), min_size=1, max_size=2, unique=True)):
         given_[name] = data.draw(ANYTHING, label=name)
-    if function is fit_surrogate and type(given_["n_samples"]) is int:
-        given_["n_samples"] = min(given_["n_samples"], 40)  # the budget is the search's to check
+    for count in ("n_samples", "n_points"):  # a budget is the caller's to choose
+        if type(given_.get(count)) is int:
+            given_[count] = min(given_[count], 40)
+    if callable(given_.get("callback")):
+        return  # it is called, and may do what it wants
     try:
         function(**given_)
     except KneecoreError as error:
@@ -123,7 +170,7 @@ def test_anything_gets_an_answer_or_one_line_that_names_the_argument(function, d
     assert "\n" not in message
     assert len(message) < 400
     # What is wrong within a file, and what only two bounds together exceed, has other names.
-    of_a_file = function in (read_knee, parse_knee, ParameterSpace.from_file)
+    of_a_file = function in OF_A_FILE
     assert "`" in message or "the bounds" in message or "all bounds" in message or of_a_file
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import viser
-from viser import _messages
+from viser import _client_autobuild, _messages
 
 from kneeviz import viser_internals
 from kneeviz.viser_internals import MAX_UPLOAD
@@ -90,6 +90,16 @@ def test_the_private_parts_are_there(server, widgets):
     ):
         assert handler in gui._websock_interface._incoming_handlers[message]
     assert isinstance(gui._current_file_upload_states, dict)
+
+
+def test_no_server_looks_for_a_compiler(monkeypatch):
+    looked = []
+    monkeypatch.setattr(_client_autobuild, "ensure_client_is_built", lambda: looked.append(1))
+    viser.ViserServer(host="127.0.0.1", port=0, verbose=False).stop()
+    assert looked, "viser has another way to build its client now"
+    viser_internals.skip_client_build()
+    viser.ViserServer(host="127.0.0.1", port=0, verbose=False).stop()
+    assert looked == [1]
 
 
 def test_the_tunnel_is_refused(server):

@@ -2,12 +2,14 @@
 
 from typing import Any
 
+from kneecore.knee.response import Solver
+from kneecore.search.settings import Method
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box
 from kneeviz.views.tabs.events import on_press, on_value
 
-METHODS = {"Genetic": "ga", "Exact gradients": "exact"}
-SOLVERS = {"In motion": "dynamics", "At rest": "equilibrium"}
+METHODS: dict[str, Method] = {"Genetic": "ga", "Exact gradients": "exact"}
+SOLVERS: dict[str, Solver] = {"In motion": "dynamics", "At rest": "equilibrium"}
 _LIVE_HINT = (
     "Follows every bound and slider: the two most different knees within the bounds around your "
     "knee, each at rest under its load (settled), in the true model, and where 99.7 % of 2,000 "
