@@ -1,6 +1,5 @@
 """`python -m kneecore.paper`: redo the paper from a terminal and judge it claim by claim."""
 
-import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -93,10 +92,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 n_files = _save(options, report, show)
             saved = f"{n_files} files written to {options.out}"
             if not options.quiet:
-                print(f"{COMMAND}: {saved}", file=sys.stderr)
+                run.say(COMMAND, saved)
     except KneecoreError as error:
         return run.fail(COMMAND, error, options, {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
-        print(f"{COMMAND}: interrupted; {saved}", file=sys.stderr)
+        run.say(COMMAND, f"interrupted; {saved}")
         return run.INTERRUPTED
     return run.DONE

@@ -1,17 +1,18 @@
 """The paper's report as files: `paper.json`, and beside it all that a reader wants."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
-import numpy as np
-
-from kneecore.errors import FileFormatError
+from kneecore._arguments import choice, flag, text
 from kneecore.figures import paper as figures_of_paper
 from kneecore.figures.style import render
 from kneecore.files.folder import to_json
+from kneecore.files.model import array, number_or_none
+from kneecore.files.origin import read_versions
 from kneecore.files.study import STUDY_FILE, Study
 from kneecore.numbers import plain
-from kneecore.paper.claims import Claim, Paper
+from kneecore.numerics.sampling import check_seed
+from kneecore.paper.claims import Claim, Evidence, Paper, Rule
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import OUTCOMES, Verdict
@@ -22,8 +23,9 @@ from kneecore.study.comparison import compare_with_sampling
 __all__ = ["FORMAT"]
 
 _REFERENCE = ("authors", "title", "journal", "doi", "machine")
-_SAID = ("id", "section", "statement", "paper", "rule", "limit", "tolerance", "unit", "evidence")
-"""What is kept of a claim."""
+_LONGEST = 10_000
+"""Characters of a text that is read back."""
+_COMPUTED = ("searches", "sampling")
 
 
 def to_dict(report: PaperReport) -> dict[str, Any]:
@@ -63,45 +65,49 @@ def _verdict_table(verdict: Verdict) -> dict[str, Any]:
 def from_dict(document: dict[str, Any]) -> PaperReport:
     """Return the report that `to_dict` has told, without the experiments."""
     verdicts = tuple(_read_verdict(table) for table in document["claims"])
+    reference = document["paper"]
+    baseline = document["baseline"]
+    versions = {"kneecore": str(document["versions"]["kneecore"])} | read_versions(document)
     return PaperReport(
         paper=Paper(
-            reference={key: str(document["paper"][key]) for key in _REFERENCE},
+            reference={key: _text(reference, key) for key in _REFERENCE},
             claims=tuple(verdict.claim for verdict in verdicts),
         ),
         verdicts=verdicts,
-        quick=_true_or_false(document, "quick"),
-        seed=int(document["seed"]),
-        title=str(document["baseline"]["title"]),
-        note=document["baseline"]["note"],
-        n_failed={str(key): int(value) for key, value in document["n_failed"].items()},
-        machine=str(document["machine"]),
+        quick=flag("quick", document["quick"]),
+        seed=check_seed(document["seed"]),
+        title=_text(baseline, "title"),
+        note=None if baseline["note"] is None else _text(baseline, "note"),
+        n_failed={name: int(document["n_failed"][name]) for name in _COMPUTED},
+        machine=_text(document, "machine"),
         seconds=float(document["seconds"]["total"]),
-        versions={
-            "kneecore": str(document["versions"]["kneecore"]),
-            **{str(key): str(value) for key, value in document["versions"].items()},
-        },
+        versions=versions,
         experiments=None,
     )
 
 
-def _true_or_false(document: dict[str, Any], key: str) -> bool:
-    value = document[key]
-    if not isinstance(value, bool):
-        raise FileFormatError(f"`{key}` is {value!r}; true or false is allowed")
-    return value
+def _text(table: dict[str, Any], key: str) -> str:
+    return text(key, table[key], _LONGEST)
 
 
 def _read_verdict(table: dict[str, Any]) -> Verdict:
-    if table["outcome"] not in OUTCOMES:
-        raise FileFormatError(
-            f"`outcome` is {table['outcome']!r}; {', '.join(OUTCOMES)} are allowed"
-        )
-    values = [np.nan if value is None else float(value) for value in table["ours"]]
+    claim = Claim(
+        id=_text(table, "id"),
+        section=_text(table, "section"),
+        statement=_text(table, "statement"),
+        paper=_text(table, "paper"),
+        measure="",
+        unit=_text(table, "unit"),
+        rule=choice("rule", table["rule"], get_args(Rule)),
+        evidence=choice("evidence", table["evidence"], get_args(Evidence)),
+        limit=number_or_none(table, "limit"),
+        tolerance=number_or_none(table, "tolerance"),
+    )
     return Verdict(
-        claim=Claim(measure="", **{name: table[name] for name in _SAID}),
-        values=np.array(values),
-        outcome=table["outcome"],
-        why=str(table["why"]),
+        claim=claim,
+        values=array(table["ours"], (-1,), "ours"),
+        outcome=choice("outcome", table["outcome"], OUTCOMES),
+        why=_text(table, "why"),
     )
 
 

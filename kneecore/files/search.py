@@ -36,7 +36,7 @@ from kneecore.numbers import plain
 from kneecore.presented import Format
 from kneecore.report.command import command_line
 from kneecore.report.search import WORDS
-from kneecore.search.result import MODELS, SearchResult, gap_percent
+from kneecore.search.result import MODELS, SearchResult
 from kneecore.search.settings import SearchSettings
 
 SCHEMA = "kneecore.result/1"
@@ -47,16 +47,12 @@ _REPAIR = frozenset({"repair", "repair_gap_percent", "repair_models"})
 def to_dict(result: SearchResult) -> dict[str, Any]:
     """Return a result as JSON-ready values."""
     digits = digits_of(result.model)
-    surrogate, model = (
-        optional(f, digits) for f in (result.objective_surrogate, result.objective_model)
-    )
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "summary": WORDS.summary(result),
-        "objective_surrogate": surrogate,
-        "objective_model": model,
-        # From what the file holds: read again, it gives the same.
-        "gap_percent": optional(gap_percent(surrogate, model), digits),
+        "objective_surrogate": optional(result.objective_surrogate, digits),
+        "objective_model": optional(result.objective_model, digits),
+        "gap_percent": optional(result.gap_percent, digits),
         "stop_reason": result.stop_reason,
         "counts": dict(result.counts),
         "parameters": [named(result.model.names, x) for x in result.x],
@@ -120,12 +116,12 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
     if repair is not None:
         known |= {"repair_gap_percent": repair.goal_percent, "repair_models": repair.max_models}
     search = document["search"]
-    number_or_none(document, "gap_percent")  # no number is kept of it, but damage is told
     counted = [f"models_{name}" for name in ("simulated", *own["model"].count_names)]
     return SearchResult(
         settings=read_settings(SearchSettings, document, **known),
         objective_surrogate=number_or_none(document, "objective_surrogate"),
         objective_model=number_or_none(document, "objective_model"),
+        gap_percent=number_or_none(document, "gap_percent"),
         run_values=tuple(array(search["run_values"], (-1,), "run_values").tolist()),
         history=array(search["history"], (-1,), "history"),
         stop_reason=str(document["stop_reason"]),

@@ -31,6 +31,7 @@ from kneecore.knee.parameters import (
     check_physical,
     widened,
 )
+from kneecore.knee.physics.pose import constants, rest_lengths
 
 __all__ = ["CASES", "POISSON_LIMIT", "Around", "Case", "ParameterSpace", "check_space"]
 
@@ -181,11 +182,6 @@ class ParameterSpace:
 
     @staticmethod
     def _rest_lengths(x: FloatArray) -> FloatArray:
-        from kneecore.knee.physics.pose import (  # compiled where it is needed
-            constants,
-            rest_lengths,
-        )
-
         lengths: FloatArray = rest_lengths(constants(x[None], x, False))[0]
         return lengths
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Literal, get_args
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: plain sampling needs none
 from numpy.typing import NDArray
 
 from kneecore._arguments import LARGEST_COUNT, choice, whole_number
@@ -82,17 +83,16 @@ def batches(
             yield rng.random((min(size, left), n_dimensions))
             left -= size
         return
-    from scipy.stats import qmc  # half a second that plain sampling does not need
 
     if sampling == "latin-hypercube":
         # Its columns are independent: drawn one by one they take half the room.
         points = np.empty((left, n_dimensions))
         for column in range(n_dimensions):
-            points[:, column] = qmc.LatinHypercube(1, rng=rng).random(left)[:, 0]
+            points[:, column] = scipy.stats.qmc.LatinHypercube(1, rng=rng).random(left)[:, 0]
         for first in range(0, left, size):
             yield points[first : first + size]
         return
-    engine = qmc.Sobol(n_dimensions, rng=rng)
+    engine = scipy.stats.qmc.Sobol(n_dimensions, rng=rng)
     # Sobol' batches keep the sequence's balance if they are powers of two.
     size = 2 ** int(np.log2(min(size, left)))
     for _ in range(left // size):

@@ -11,7 +11,7 @@ True
 import time
 from typing import Any
 
-from kneecore._arguments import shown
+from kneecore._arguments import callback_or_none, flag, shown
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
 from kneecore.knee.model import Knee
@@ -30,8 +30,7 @@ def _checked(knee: Any) -> Knee:
     """Return a knee that is computed as the paper computes its own; the packaged one for None."""
     if not isinstance(knee, Knee | None):
         raise ParameterError(
-            f"`knee` is of type {type(knee).__name__}; a kneecore.Knee is allowed, such as "
-            "kneecore.Knee(space)"
+            f"`knee` is {shown(knee)}; a kneecore.Knee is allowed, such as kneecore.Knee(space)"
         )
     checked: Knee = Knee() if knee is None else knee
     for name, paper in (("solver", "dynamics"), ("rest_length", "recomputed")):
@@ -74,12 +73,8 @@ def redo_paper(
         If the callback cancelled.
     """
     knee = _checked(knee)
-    if not isinstance(quick, bool):
-        raise ParameterError(f"`quick` is {shown(quick)}; True or False is allowed")
-    if callback is not None and not callable(callback):
-        raise ParameterError(
-            f"`callback` is {shown(callback)}; a function of a Progress is allowed"
-        )
+    quick = flag("quick", quick)
+    callback_or_none(callback)
     seed = check_seed(seed)
     paper = packaged_paper()
     started = time.perf_counter()

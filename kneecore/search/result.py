@@ -153,6 +153,8 @@ class SearchResult(Presented):
     search was in the model."""
     objective_model: float | None
     """f by the model; None if one of the two fails there."""
+    gap_percent: float | None
+    """100 (surrogate - model) / surrogate; None without both."""
     training_x: FloatArray | None
     """Training inputs, shape (n, d)."""
     training_y: FloatArray | None
@@ -180,11 +182,6 @@ class SearchResult(Presented):
     """How the surrogate was repaired; None if it was not asked to be."""
     methods: tuple[MethodTrace, ...] = field(default=())
     """What all methods find in the same bounds (`kneecore.search.compare.with_methods`)."""
-
-    @property
-    def gap_percent(self) -> float | None:
-        """100 (surrogate - model) / surrogate; None without both."""
-        return gap_percent(self.objective_surrogate, self.objective_model)
 
     @property
     def best_of_all(self) -> float | None:

@@ -36,7 +36,7 @@ from kneecore.search.exact_search import exact_in_model, exact_in_surrogate
 from kneecore.search.genetic_search import find_pair
 from kneecore.search.problem import Outcome, Problem
 from kneecore.search.repair import find_repaired_pair
-from kneecore.search.result import MODELS, SearchResult
+from kneecore.search.result import MODELS, SearchResult, gap_percent
 from kneecore.search.settings import SearchSettings
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
@@ -141,6 +141,7 @@ def _result(problem: Problem, outcome: Outcome, compiled: float) -> SearchResult
         responses=responses,
         objective_surrogate=outcome.objective_surrogate,
         objective_model=outcome.objective_model,
+        gap_percent=gap_percent(outcome.objective_surrogate, outcome.objective_model),
         training_x=model.from_free_unit(training.points) if training else None,
         training_y=training.values if training else None,
         loo_rms=training.loo_rms if training else None,

@@ -76,8 +76,8 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     listed = isinstance(names, Sequence) and not isinstance(names, str)
     if not listed or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         raise ParameterError(
-            f"`names` is {shown(tuple(names) if listed else names)}; two different of the free inputs "
-            f"are allowed: {', '.join(free)}"
+            f"`names` is {shown(tuple(names) if listed else names)}; two different of the free "
+            f"inputs are allowed: {', '.join(free)}"
         )
     return model.names.index(names[0]), model.names.index(names[1])
 

@@ -66,7 +66,10 @@ def test_without_figures_none_is_written_and_old_ones_make_way(report, tmp_path)
         ("claims", None, "no usable result"),
         ("quick", "no", "quick"),
         ("paper", {}, "authors"),
+        ("paper", {"authors": 3}, "authors"),
         ("versions", {}, "kneecore"),
+        ("seed", "0", "seed"),
+        ("baseline", {"title": None, "note": None}, "title"),
         ("seconds", {"total": "long"}, "no usable result"),
         ("schema", "kneecore.paper/9", "schema"),
     ],
@@ -80,11 +83,24 @@ def test_a_broken_file_is_one_line(report, tmp_path, key, value, told):
     assert "\n" not in str(error.value)
 
 
-def test_an_outcome_that_nobody_knows_is_refused(report):
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("outcome", "nearly"),
+        ("rule", "around"),
+        ("evidence", None),
+        ("statement", 3),
+        ("limit", "4 %"),
+        ("ours", ["a few"]),
+        ("ours", 3.0),
+    ],
+)
+def test_a_broken_claim_names_what_is_wrong(report, key, value):
     document = report.to_dict()
-    document["claims"][0]["outcome"] = "nearly"
-    with pytest.raises(FileFormatError, match="nearly"):
+    document["claims"][0][key] = value
+    with pytest.raises(FileFormatError, match=f"`{key}`") as error:
         PaperReport.from_json(json.dumps(document))
+    assert "\n" not in str(error.value)
 
 
 def test_a_notebook_shows_the_table(report):
