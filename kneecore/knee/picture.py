@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore.knee.parameters import LIGAMENTS, N_PARAMETERS, NAMES
+from kneecore.errors import ParameterError
+from kneecore.knee.parameters import LIGAMENTS, N_PARAMETERS, NAMES, check_physical
 from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y
 from kneecore.knee.response import RestLength, prepare
@@ -17,7 +18,9 @@ _PLATEAU_ENDS_MM = (-30.0, 25.0)  # from its point, along the line
 
 def shapes(x: ArrayLike, baseline: ArrayLike, rest_length: RestLength) -> tuple[Shape, ...]:
     """Return one knee's parts, shape (28,) or (32,), SI, in the femur frame, mm."""
-    knee = np.asarray(x, dtype=np.float64)
+    knee = check_physical(x, "x")
+    if knee.ndim != 1:
+        raise ParameterError(f"`x` has shape {knee.shape}; one knee, (28,) or (32,), is allowed")
     row = prepare(knee, baseline, rest_length, "x")[0]
     value = dict(zip(NAMES, 1e3 * knee[:N_PARAMETERS], strict=True))
     turn = np.linspace(0.0, 2.0 * np.pi, 181)

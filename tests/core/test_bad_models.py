@@ -272,11 +272,11 @@ def test_weights_are_finite_and_not_negative_and_not_all_zero(weights):
 def test_as_many_weights_as_numbers():
     model = Model(lambda x: x, TWO, PAIR)
     line = told(lambda: worst_case(model, SearchSettings(weights=(1.0, 2.0, 3.0))))
-    assert line.startswith("`weights` has 3 numbers; 2 are needed")
+    assert line.startswith("`weights` has shape (3,); (2,) is needed")
     found = worst_case(model, SearchSettings(weights=np.array([1, 2]), training_samples=5))
     assert found.settings.weights == (1.0, 2.0)
     line = told(lambda: searched(weights=(1.0,)))
-    assert line.startswith("`weights` has 1 numbers; 12 are needed")
+    assert line.startswith("`weights` has shape (1,); (12,) is needed")
 
 
 VERBS = {

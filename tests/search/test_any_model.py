@@ -195,7 +195,7 @@ def test_the_schema_refuses_what_is_wrong(result, change):
         (lambda d: d["model"]["inputs"][0].update(lower=1e9), "above its `upper`"),
         (lambda d: d["model"].update(inputs=[]), "`inputs` is empty"),
         (lambda d: d["model"]["inputs"][0].update(colour="red"), "no usable result"),
-        (lambda d: d["model"].update(size=0), "`size` is 0; above 0 is allowed"),
+        (lambda d: d["model"].update(size=0), "`size` is 0; a number above 0 is allowed"),
         (lambda d: d["y"].update(model_1=[1.0] * 99), "`y` h"),
         (lambda d: d.update(model=3), "no usable result"),
         (lambda d: d["counts"].pop("models_failed"), "the key 'models_failed' is missing"),

@@ -161,7 +161,7 @@ def test_a_refused_command_leaves_no_folder(capsys, tmp_path):
 
 
 def test_a_pair_that_fails_in_the_true_model_is_no_success(capsys):
-    code, out, _ = in_process(capsys, "--rest-length", "fixed", "--quiet", "--json")
+    code, out, _ = in_process(capsys, "--geometry-bound-mm", "4", "--quiet", "--json")
     assert code == 1
     document = json.loads(out)
     assert document["objective_model"] is None

@@ -159,8 +159,9 @@ def test_failed_models_are_counted_and_in_no_fit():
 
 
 def test_knees_that_fail_in_the_corner_do_not_cost_the_answer():
-    fixed = searched(method="exact", repair=True, rest_length="fixed")
-    plain = searched(method="exact", search_space="surrogate", rest_length="fixed")
+    wide = ParameterSpace(geometry_bound_mm=3.0)
+    fixed = searched(wide, method="exact", repair=True, rest_length="fixed")
+    plain = searched(wide, method="exact", search_space="surrogate", rest_length="fixed")
     assert plain.objective_model is None
     assert fixed.objective_model == pytest.approx(sum_of(fixed), abs=1e-9)
 
@@ -208,7 +209,7 @@ def test_each_model_of_the_pair_keeps_its_place(monkeypatch):
         ({"repair_models": 20}, "`repair_models` is 20; it needs `repair`"),
         ({"repair_gap_percent": 2}, "`repair_gap_percent` is 2; it needs `repair`"),
         ({"repair": True, "repair_gap_percent": 0.0}, "a number above 0 and below 100"),
-        ({"repair": True, "repair_gap_percent": float("nan")}, "a number above 0 and below 100"),
+        ({"repair": True, "repair_gap_percent": float("nan")}, "a finite number is allowed"),
         ({"repair": True, "repair_models": 1}, "at least 2 are needed"),
         ({"repair": True, "repair_models": 0}, "`repair_models` is 0"),
     ],
