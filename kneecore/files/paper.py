@@ -11,7 +11,7 @@ from kneecore.files.model import array, number_or_none
 from kneecore.files.origin import read_versions
 from kneecore.files.study import STUDY_FILE, Study
 from kneecore.numbers import plain
-from kneecore.numerics.sampling import check_seed
+from kneecore.numerics.sampling_options import check_seed
 from kneecore.paper.claims import Claim, Evidence, Paper, Rule
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.result import PaperReport

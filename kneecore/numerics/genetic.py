@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore.errors import ModelError, ParameterError
 from kneecore.numerics import breeding
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.numerics.sampling import check_count, check_seed
+from kneecore.numerics.sampling_options import check_count, check_seed
 
 __all__ = ["Fused", "GeneticOptions", "GeneticResult", "Population", "maximize"]
 

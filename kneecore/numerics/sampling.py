@@ -1,40 +1,18 @@
 """Points of the unit cube, the same for the same seed."""
 
 from collections.abc import Iterator
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import scipy  # its subpackages are loaded when they are used: plain sampling needs none
 from numpy.typing import NDArray
 
-from kneecore._arguments import LARGEST_COUNT, choice, whole_number
+from kneecore._arguments import choice
+from kneecore.numerics.sampling_options import Sampling, check_count, check_seed
 
-__all__ = ["Sampling", "batches", "check_count", "check_seed", "n_drawn", "uniform"]
+__all__ = ["batches", "n_drawn", "uniform"]
 
 FloatArray = NDArray[np.float64]
-Sampling = Literal["uniform", "latin-hypercube", "sobol"]
-
-
-def check_count(name: str, value: int) -> int:
-    """Return `value` checked: a whole number of at least 1, and not above 2^31 - 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is anything else; the message calls it `name`.
-    """
-    return whole_number(name, value, 1, LARGEST_COUNT, "a whole number from 1 to 2^31 - 1")
-
-
-def check_seed(seed: int) -> int:
-    """Return `seed` checked: a whole number from 0 to 2^63 - 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is anything else.
-    """
-    return whole_number("seed", seed, 0, 2**63 - 1, "a whole number from 0 to 2^63 - 1")
 
 
 def uniform(n_samples: int, n_dimensions: int, seed: int) -> FloatArray:

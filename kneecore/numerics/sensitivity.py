@@ -21,7 +21,8 @@ from scipy import stats
 from scipy.stats import qmc
 
 from kneecore.errors import ModelError
-from kneecore.numerics.sampling import check_seed, n_drawn
+from kneecore.numerics.sampling import n_drawn
+from kneecore.numerics.sampling_options import check_seed
 
 __all__ = ["Indices", "sobol_indices"]
 

@@ -15,7 +15,7 @@ from kneecore._arguments import callback_or_none, flag, shown
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
 from kneecore.knee.model import Knee
-from kneecore.numerics.sampling import check_seed
+from kneecore.numerics.sampling_options import check_seed
 from kneecore.paper.claims import packaged_paper
 from kneecore.paper.experiments import PAPER_BUDGET, QUICK_BUDGET, run_experiments
 from kneecore.paper.machine import machine_name

@@ -9,7 +9,7 @@ from kneecore._arguments import flag, number, shown, text
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
-from kneecore.numerics.sampling import check_count, check_seed
+from kneecore.numerics.sampling_options import check_count, check_seed
 from kneecore.options import check_choices, option, options_of
 
 __all__ = ["Method", "SearchSettings", "SearchSpace"]

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
 from kneecore.numerics.box_climb import Slopes, climb, polish
-from kneecore.numerics.sampling import check_count, check_seed
+from kneecore.numerics.sampling_options import check_count, check_seed
 from kneecore.progress import Cancelled
 from kneecore.search.result import Evidence
 

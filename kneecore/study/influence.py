@@ -20,7 +20,7 @@ from kneecore._threads import thread_count
 from kneecore._version import versions
 from kneecore.errors import ParameterError
 from kneecore.model import Model
-from kneecore.numerics.sampling import check_count
+from kneecore.numerics.sampling_options import check_count
 from kneecore.numerics.sensitivity import Indices, sobol_indices
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress

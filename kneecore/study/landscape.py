@@ -21,7 +21,7 @@ from kneecore._arguments import shown
 from kneecore._version import versions
 from kneecore.errors import ParameterError
 from kneecore.model import Model
-from kneecore.numerics.sampling import check_count
+from kneecore.numerics.sampling_options import check_count
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model

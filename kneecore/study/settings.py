@@ -8,7 +8,7 @@ import numpy as np
 
 from kneecore._arguments import number, shown
 from kneecore.errors import ParameterError
-from kneecore.numerics.sampling import Sampling, check_count, check_seed
+from kneecore.numerics.sampling_options import Sampling, check_count, check_seed
 from kneecore.options import check_choices, option
 
 __all__ = [

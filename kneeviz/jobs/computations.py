@@ -14,7 +14,7 @@ import kneecore
 from kneecore import InfluenceResult, Landscape, MonteCarloResult, ParameterSpace, SearchResult
 from kneecore.knee.model import Objective
 from kneecore.knee.response import Solver
-from kneecore.numerics.sampling import Sampling
+from kneecore.numerics.sampling_options import Sampling
 from kneecore.search.compare import MethodTrace, compare_methods
 from kneecore.search.settings import Method, SearchSpace
 from kneeviz.jobs.cores import spare_cores

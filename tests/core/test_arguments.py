@@ -40,7 +40,7 @@ from kneecore import _arguments as arguments
 from kneecore._assets import asset_path
 from kneecore.knee.file import LONGEST_TEXT, parse_knee
 from kneecore.knee.parameters import ALL_NAMES, LARGEST, NAMES, check_physical, widened
-from kneecore.numerics import sampling
+from kneecore.numerics import sampling, sampling_options
 from kneecore.options import options_of
 from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
@@ -139,8 +139,8 @@ CALLABLES = {
     SearchResult.load: {"path": "nothing"},
     check_physical: {"values": X, "argument": "x"},
     widened: {"x": X, "width": 32},
-    sampling.check_count: {"name": "n", "value": 1},
-    sampling.check_seed: {"seed": 1},
+    sampling_options.check_count: {"name": "n", "value": 1},
+    sampling_options.check_seed: {"seed": 1},
     sampling.n_drawn: {"n_samples": 1, "sampling": "sobol"},
 }
 OF_A_FILE = (read_knee, parse_knee, ParameterSpace.from_file, kneecore.load)

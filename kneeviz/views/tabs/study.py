@@ -2,7 +2,7 @@
 
 from typing import Any, get_args
 
-from kneecore.numerics.sampling import Sampling
+from kneecore.numerics.sampling_options import Sampling
 from kneeviz.jobs.messages import Post
 from kneeviz.state.study import BARS, HEAT_MAP, SLOPES
 from kneeviz.views.html.labels import HEIGHTS, LOADS
