@@ -39,20 +39,21 @@ _T = TypeVar("_T", bound=str)
 _C = TypeVar("_C")
 
 
-def shown(value: object) -> str:
+def shown(value: object, longest: int = _LONGEST) -> str:
     """Return `value` as a message shows it: its repr, in one line and not too long."""
     try:
         line = " ".join(repr(value).split())
     except Exception:  # whatever a stranger's __repr__ raises
         return f"a value of type {type(value).__name__}"
-    return (
-        line if len(line) <= _LONGEST else f"{line[: _LONGEST - 20]}... ({len(line):,} characters)"
-    )
+    if len(line) <= longest:
+        return line
+    return f"{line[: longest - 20]}... ({len(line):,} characters)"
 
 
 def shown_name(path: str) -> str:
     """Return the name of a file as a message shows it: as it is, unless it is long or odd."""
-    return path if path.isprintable() and len(path) <= 4 * _LONGEST else shown(path)
+    longest = 4 * _LONGEST
+    return path if path.isprintable() and len(path) <= longest else shown(path, longest)
 
 
 def choice(name: str, value: Any, allowed: Sequence[_T], said: str | None = None) -> _T:

@@ -62,8 +62,8 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """As on a command line."""
-        return "--" + self.key.replace("_", "-")
+        """As on a command line, where a flag turns off what is on."""
+        return ("--no-" if self.default is True else "--") + self.key.replace("_", "-")
 
     @property
     def choices(self) -> tuple[Any, ...]:

@@ -120,6 +120,14 @@ def _read_own(document: dict[str, Any], model: Model) -> tuple[Spread, dict[str,
     return y, observed
 
 
+def _read_counts(document: dict[str, Any]) -> dict[str, int]:
+    counts = {"failed": int(document["n_failed"])}
+    for key, value in document.items():
+        if key.startswith("n_") and key != "n_samples":
+            counts[key.removeprefix("n_")] = int(value)
+    return counts
+
+
 def from_dict(document: dict[str, Any]) -> MonteCarloResult:
     """Return the study that `to_dict` has told."""
     model = read_origin(document)
@@ -131,11 +139,7 @@ def from_dict(document: dict[str, Any]) -> MonteCarloResult:
         y=y,
         observed=observed,
         n_samples=int(document["n_samples"]),
-        counts={
-            key.removeprefix("n_"): int(value)
-            for key, value in document.items()
-            if key.startswith("n_") and key != "n_samples"
-        },
+        counts=_read_counts(document),
         below=None if below is None else array(below, (-1, model.n_outputs), MARKS),
         stop_reason=str(document["stop_reason"]),
         seconds=read_seconds(document),

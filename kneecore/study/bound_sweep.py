@@ -110,7 +110,9 @@ def _at_one_size(
     worst = best_pair(model, model.weights(), seed=seed, steps=steps)
     steps.begin()
     column = model.watched
-    extreme = best_pair(model, one_column(model, column), seed=seed, steps=steps)
+    extreme = worst  # with a single output the worst pair is its two ends
+    if model.n_outputs > 1:
+        extreme = best_pair(model, one_column(model, column), seed=seed, steps=steps)
     steps.begin()  # a search that was ended early is none
     steps.done += 1
     seen = np.concatenate([found.seen[:, column] for found in (extreme, worst)])

@@ -74,10 +74,10 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     """Return where the two inputs stand."""
     free = model.free_names
     listed = isinstance(names, Sequence) and not isinstance(names, str)
-    if not listed or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
+    if not listed or len(names) != 2 or names[0] == names[1] or not all(n in free for n in names):
+        told = shown(tuple(names) if listed else names)
         raise ParameterError(
-            f"`names` is {shown(tuple(names) if listed else names)}; two different of the free "
-            f"inputs are allowed: {', '.join(free)}"
+            f"`names` is {told}; two different of the free inputs are allowed: {', '.join(free)}"
         )
     return model.names.index(names[0]), model.names.index(names[1])
 
