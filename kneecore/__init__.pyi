@@ -1,5 +1,7 @@
 """The public names of kneecore, once: type checkers read them here, and the package loads them."""
 
+from ._assets import asset_path as asset_path
+from ._threads import available_cores as available_cores
 from ._version import __version__ as __version__
 from .errors import FileFormatError as FileFormatError
 from .errors import KneecoreError as KneecoreError
@@ -19,6 +21,8 @@ from .knee.model import Knee as Knee
 from .knee.parameters import LIGAMENTS as LIGAMENTS
 from .knee.parameters import NAMES as NAMES
 from .knee.parameters import Parameter as Parameter
+from .knee.readings import READINGS as READINGS
+from .knee.readings import reading as reading
 from .knee.response import MOMENT as MOMENT
 from .knee.response import Response as Response
 from .knee.response import ResponseBatch as ResponseBatch
@@ -34,6 +38,7 @@ from .paper.result import PaperReport as PaperReport
 from .presented import load as load
 from .progress import Cancelled as Cancelled
 from .progress import Progress as Progress
+from .report.command import command_line as command_line
 from .search.compare import compare_methods as compare_methods
 from .search.compare import with_methods as with_methods
 from .search.result import Evidence as Evidence

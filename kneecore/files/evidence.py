@@ -134,7 +134,7 @@ def comparison_table(result: SearchResult) -> dict[str, Any] | None:
     }
 
 
-def read_methods(table: dict[str, Any] | None) -> tuple[MethodTrace, ...]:
+def read_methods(table: dict[str, Any] | None, seconds: dict[str, Any]) -> tuple[MethodTrace, ...]:
     """Return what `comparison_table` has told of the methods."""
     if table is None:
         return ()
@@ -149,6 +149,7 @@ def read_methods(table: dict[str, Any] | None) -> tuple[MethodTrace, ...]:
             promised=number_or_none(method, "promised"),
             n_models=tuple(float(n) for n in method["models"]),
             objective=tuple(float(f) for f in method["best_by_then"]),
+            seconds=float(seconds[f"compare_{name}"]),
         )
         for name, method in table["methods"].items()
     )

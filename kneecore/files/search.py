@@ -131,7 +131,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         versions={k: str(v) for k, v in document["versions"].items()},
         evidence=read_evidence(document.get("evidence")),
         repair=repair,
-        methods=read_methods(document.get("comparison")),
+        methods=read_methods(document.get("comparison"), document["seconds"]),
         **own,
     )
 

@@ -57,6 +57,7 @@ def _traced(method: str, points: Points, result: SearchResult) -> Traced:
         promised=result.objective_surrogate,
         n_models=tuple(best),
         objective=tuple(float(f) for f in best.values()),
+        seconds=sum(v for k, v in result.seconds.items() if k != "compile"),
     )
     return Traced(trace=trace, result=result)
 
@@ -197,10 +198,7 @@ def with_methods(result: SearchResult, callback: Callback | None = None) -> Sear
     """
     callback_or_none(callback)
     found = _run_all(result.model, result.settings, callback)
-    seconds = {
-        f"compare_{t.trace.method}": sum(v for k, v in t.result.seconds.items() if k != "compile")
-        for t in found
-    }
+    seconds = {f"compare_{t.trace.method}": t.trace.seconds for t in found}
     return replace(
         result,
         methods=tuple(t.trace for t in found),

@@ -105,10 +105,7 @@ class Repair:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodTrace:
-    """One method's worst case and the way to it. Every f but the promised one is the true model's.
-
-    The wall time is among the result's `seconds`.
-    """
+    """One method's worst case and the way to it. Every f but the promised one is the true model's."""
 
     method: str
     """A key of `METHOD_NAMES`."""
@@ -118,6 +115,8 @@ class MethodTrace:
     """True models run by then, rising."""
     objective: tuple[float, ...]
     """Best f by then; empty if the true model failed for what was found."""
+    seconds: float
+    """Wall time, the kernels' compilation apart."""
 
     def shortfall_percent(self, best: float) -> float | None:
         """Return by how much the method's f falls short of `best`, per cent."""

@@ -2,17 +2,14 @@
 
 import io
 import json
-import tempfile
 import zipfile
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import kneecore
-from kneecore import FileFormatError, KneeFile, MonteCarloResult, SearchResult
+from kneecore import FileFormatError, KneeFile, MonteCarloResult, SearchResult, parse_knee
+from kneecore.files.influence import to_csv
 from kneecore.files.study import Study
-from kneecore.knee.file import parse_knee
 from kneeviz.state import results
 from kneeviz.state.study import StudyState
 
@@ -28,7 +25,7 @@ def read_upload(name: str, content: bytes) -> KneeFile | SearchResult:
         If it is neither, with the reason.
     """
     try:
-        text = content.decode("utf-8")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileFormatError("not a text file in UTF-8") from None
     if text.lstrip().startswith(("{", "[")) and not _looks_like_toml(text):
@@ -47,23 +44,17 @@ def _looks_like_toml(text: str) -> bool:
 def everything(result: SearchResult) -> bytes:
     """Return all files of a result, figures and (where needed) its knee included, as a ZIP."""
     packed = io.BytesIO()
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive,
-    ):
-        for path in result.save(folder, force=True):
-            archive.write(path, Path(path).name)
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in result.files():
+            archive.writestr(name, content)
     return packed.getvalue()
 
 
 def result_files(result: SearchResult, name: str) -> bytes:
     """Return the content of a download of a result: `result.json`, `curves.csv` or `result.zip`."""
-    makers: dict[str, Callable[[], bytes]] = {
-        "result.json": lambda: result.to_json().encode(),
-        "curves.csv": lambda: result.curves_csv().encode(),
-        "result.zip": lambda: everything(result),
-    }
-    return makers[name]()
+    if name == "result.zip":
+        return everything(result)
+    return dict(result.files(figures=False))[name]
 
 
 def study_file(study: StudyState, result: SearchResult | None, name: str) -> bytes | None:
@@ -77,7 +68,7 @@ def study_file(study: StudyState, result: SearchResult | None, name: str) -> byt
     if study.influence is None:
         return None
     if name == "influence.csv":
-        return study.influence.to_csv().encode()
+        return to_csv(study.influence).encode()
     return _json(study.influence.to_dict())
 
 

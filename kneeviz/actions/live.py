@@ -4,10 +4,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from kneecore import KneecoreError
+from kneecore import Knee, KneecoreError, SearchSettings
 from kneeviz.actions.result import show_result, take_result
 from kneeviz.jobs.live_search import LiveFound
-from kneeviz.jobs.live_worst_case import LiveSettings
+from kneeviz.jobs.live_worst_case import LiveRequest
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state.live import LiveState, live_band
@@ -24,7 +24,7 @@ def follow(page: Page) -> float | None:
     if not live.on or not page.exact_ready:
         return None
     tab = page.view.search
-    objective, seed = tab.objective.value, round(tab.seed.value)
+    objective, seed = tab.options.value("objective"), tab.options.value("seed")
     bounds = (state.space, state.bounds.rest_length)  # a space is equal to itself alone
     if live.is_new((*bounds, state.x.tobytes(), objective, seed)):
         _ask(page, objective, seed)
@@ -36,7 +36,7 @@ def follow(page: Page) -> float | None:
     return live.slow_at
 
 
-def _ask(page: Page, objective: Any, seed: int) -> None:
+def _ask(page: Page, objective: str, seed: int) -> None:
     state = page.state
     try:
         space = state.space_around_knee()
@@ -45,11 +45,10 @@ def _ask(page: Page, objective: Any, seed: int) -> None:
         _give_up(page, str(error))
         return
     page.live.wait()
-    page.live_search.ask(
-        LiveSettings(
-            space=space, rest_length=state.bounds.rest_length, objective=objective, seed=seed
-        )
-    )
+    # One thread: its batches are too small for two, and the other core draws.
+    knee = Knee(space, solver="equilibrium", rest_length=state.bounds.rest_length, threads=1)
+    search = SearchSettings(method="exact", objective=objective, seed=seed)
+    page.live_search.ask(LiveRequest(knee=knee, search=search))
 
 
 def _tell(page: Page, text: str) -> None:
@@ -91,11 +90,11 @@ def set_live(page: Page, on: bool) -> None:
 
 
 def _live_found(page: Page, value: LiveFound) -> None:
-    settings, answer, why = value
+    request, answer, why = value
     live = page.live
     if not live.on:
         return
-    if page.live_search.is_latest(settings):
+    if page.live_search.is_latest(request):
         live.arrived()
         if answer is None:
             _give_up(page, str(why))

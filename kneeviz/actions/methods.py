@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from kneecore import SearchSettings
 from kneeviz.jobs import computations
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
@@ -10,7 +11,6 @@ from kneeviz.state import results
 from kneeviz.views import theme
 from kneeviz.views.html import methods
 from kneeviz.views.html.pieces import box, escape, faint
-from kneeviz.views.tabs.search import SOLVERS
 
 
 def _compare(page: Page, value: Asked) -> None:
@@ -23,12 +23,10 @@ def _compare(page: Page, value: Asked) -> None:
         page.notices.tell(value.client_id, "Not now", refused)
         return
     tab = page.view.search
-    work = computations.comparison(
-        page.state.bounded,
-        objective=tab.objective.value,
-        solver=SOLVERS[tab.solver.value],
-        seed=round(tab.seed.value),
+    settings = SearchSettings(
+        objective=tab.options.value("objective"), seed=tab.options.value("seed")
     )
+    work = computations.comparison(page.state.knees(tab.chosen_solver), settings)
     compared.job = Job("comparison", work, page.post)
     page.view.methods.set_running(True)
     page.say("Comparing the methods …", "busy")
@@ -69,22 +67,21 @@ def refresh(page: Page) -> None:
     if found is None:
         return
     colours = theme.palette(page.view.dark)
-    result = next(iter(found.values())).result
-    stale = page.state.is_stale(result)
+    stale = page.state.is_stale(found)
     made_of = (found, stale, page.view.dark)
     if made_of == compared.written:
         return
     compared.written = made_of
     note = "<b>Bounds changed since this comparison.</b><br>" if stale else ""
-    response = "at rest" if results.solver(result) == "equilibrium" else "in motion"
+    response = "at rest" if results.solver(found) == "equilibrium" else "in motion"
     about = (
-        f"Every f is the true model's ({response}, seed {results.seed(result)}). Genetic: "
-        f"100 x 100 in the true model; 200 x 800 in the surrogate. {methods.promises(found)}"
+        f"Every f is the true model's ({response}, seed {results.seed(found)}). Genetic: "
+        f"100 x 100 in the true model; 200 x 800 in the surrogate. {methods.promises(found.methods)}"
     )
     page.view.methods.content.content = box(
         note
-        + methods.plot(found, colours)
-        + methods.table(found, colours)
+        + methods.plot(found.methods, colours)
+        + methods.table(found.methods, colours)
         + f'<div style="margin-top:4px">{faint(about)}</div>',
         style="opacity:.45" if stale else "",
     )

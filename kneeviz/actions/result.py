@@ -1,11 +1,13 @@
 """How a page shows what a search found. Runs on the session's worker."""
 
 from kneecore import SearchResult
+from kneecore import command_line as command_of
 from kneeviz.page.page import Page
 from kneeviz.state import results
 from kneeviz.state.presets import BASELINE, OWN_KNEE, PRESETS, RANDOM, WORST
 from kneeviz.views import theme
-from kneeviz.views.html.pieces import box, command_line, escape
+from kneeviz.views.html import pieces
+from kneeviz.views.html.pieces import box, escape
 from kneeviz.views.html.result import (
     bound_names,
     differences,
@@ -51,7 +53,7 @@ def show_result(page: Page) -> None:
     evidence = repair_line(result) + evidence_line(result)
     view.search.found.content = box(told + evidence, style=style)
     colours = theme.palette(view.dark)
-    command = "The same without a browser:" + command_line(result.command())
+    command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
     view.search.table.content = box(
         differences(result, colours)
         + f'<div style="margin-top:5px">{bound_names(result)}</div>'

@@ -7,7 +7,6 @@ from kneeviz.actions.knee import choose_preset
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import take_result
 from kneeviz.jobs import computations
-from kneeviz.jobs.computations import SearchOptions
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
@@ -15,7 +14,6 @@ from kneeviz.state.presets import WORST
 from kneeviz.state.search import SearchState
 from kneeviz.views import theme
 from kneeviz.views.html.pieces import box, escape, number, sparkline
-from kneeviz.views.tabs.search import METHODS, SOLVERS, SearchTab
 
 
 def _search(page: Page, value: Asked | None, search_space: SearchSpace) -> None:
@@ -34,7 +32,8 @@ def start_search(page: Page, search_space: SearchSpace, client_id: int | None) -
             page.notices.tell(client_id, "Not now", refused)
         return
     tab = page.view.search
-    work = computations.search(page.state.bounded, _options(tab, search_space))
+    knee = page.state.knees(tab.chosen_solver)
+    work = computations.search(knee, tab.settings(knee, search_space))
     set_live(page, False)
     job = Job("search", work, page.post)
     page.search = SearchState(job=job)
@@ -42,20 +41,6 @@ def start_search(page: Page, search_space: SearchSpace, client_id: int | None) -
     where = "stand-in" if search_space == "surrogate" else "true model"
     page.say(f"Searching in the {where} …", "busy")
     job.start()
-
-
-def _options(tab: SearchTab, search_space: SearchSpace) -> SearchOptions:
-    """Return what the visitor has set."""
-    return SearchOptions(
-        search_space=search_space,
-        method=METHODS[tab.method.value],
-        repair=bool(tab.repair.value),
-        solver=SOLVERS[tab.solver.value],
-        objective=tab.objective.value,
-        pop_size=round(tab.pop_size.value),
-        n_generations=round(tab.n_generations.value),
-        seed=round(tab.seed.value),
-    )
 
 
 def _progress(page: Page, news: JobProgress) -> None:
@@ -92,10 +77,8 @@ def _cancel(page: Page, value: Asked | None) -> None:
         page.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
-def _method(page: Page, value: Asked) -> None:
-    tab = page.view.search
-    genetic = METHODS[value.value] == "ga"
-    tab.pop_size.disabled = tab.n_generations.disabled = not genetic
+def _method(page: Page, _value: Asked) -> None:
+    page.view.search.show_method()
 
 
 def _adopt(page: Page, value: Asked) -> None:

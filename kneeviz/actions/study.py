@@ -6,10 +6,20 @@ from typing import Any
 import numpy as np
 
 import kneecore
-from kneecore import MOMENT, InfluenceResult, KneecoreError, MonteCarloResult, SearchResult
+from kneecore import (
+    MOMENT,
+    InfluenceResult,
+    InfluenceSettings,
+    Knee,
+    KneecoreError,
+    MonteCarloResult,
+    SamplingSettings,
+    SearchResult,
+)
 from kneeviz.actions.downloads import study_file
 from kneeviz.jobs import computations, paper_files
 from kneeviz.jobs.computations import Work
+from kneeviz.jobs.cores import spare_cores
 from kneeviz.jobs.job import Job, JobDone, JobProgress, Watch
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.paper_files import PaperFiles
@@ -55,26 +65,27 @@ def _sampling(page: Page) -> Work[tuple[MonteCarloResult, SearchResult | None]]:
     tab, worst = page.view.study, page.state.result
     if worst is not None and page.state.is_stale(worst):
         worst = None
-    sample = computations.sampling(
-        page.state.bounded,
+    settings = SamplingSettings(
         n_samples=round(tab.n_samples.value),
         sampling=tab.sampling.value,
         seed=round(tab.seed.value),
-        angles_deg=None if worst is None else results.angles_deg(worst),
     )
+    marks = None if worst is None else results.angles_deg(worst)
+    sample = computations.sampling(page.state.knees(), settings, marks)
     return lambda watch: (sample(watch), worst)
 
 
 def _influence(page: Page) -> Work[InfluenceResult]:
     tab = page.view.study
-    n_base, seed = int(tab.n_base.value), round(tab.seed.value)
-    return computations.influence(page.state.bounded, n_base=n_base, seed=seed)
+    settings = InfluenceSettings(n_base=int(tab.n_base.value), seed=round(tab.seed.value))
+    return computations.influence(page.state.knees(), settings)
 
 
 def _report(page: Page) -> Work[PaperFiles]:
-    space, tab = page.state.space, page.view.study
+    knee = Knee(page.state.space, threads=spare_cores())  # the paper's rest lengths
+    tab = page.view.study
     quick, seed = bool(tab.quick.value), round(tab.seed.value)
-    return lambda watch: paper_files.redo(space, quick=quick, seed=seed, watch=watch)
+    return lambda watch: paper_files.redo(knee, quick=quick, seed=seed, watch=watch)
 
 
 _WORK: dict[str, Callable[[Page], Callable[[Watch], Any]]] = {

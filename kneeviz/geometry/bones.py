@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from kneecore._assets import asset_path
+from kneecore import asset_path
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

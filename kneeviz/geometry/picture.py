@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore import KneeSurrogate, Landscape, ParameterSpace
+from kneecore import Knee, Landscape, ParameterSpace, TrainedSurrogate, reading
 from kneecore.knee.parameters import display_values
-from kneecore.study.landscape import reading
 
 FloatArray = NDArray[np.float64]
 
@@ -44,6 +43,12 @@ class Picture:
     """The two worst cases in the true model."""
 
 
+def space_of(found: Landscape) -> ParameterSpace:
+    """Return the bounds that a slice lies in."""
+    assert isinstance(found.model, Knee)
+    return found.model.space
+
+
 def _marked(
     place: FloatArray, angles_deg: ArrayLike | None, columns: Sequence[int], name: str
 ) -> Mark | None:
@@ -55,12 +60,12 @@ def _marked(
 
 
 def _training(
-    surrogate: KneeSurrogate | None, space: ParameterSpace, columns: Sequence[int], name: str
+    surrogate: TrainedSurrogate | None, space: ParameterSpace, columns: Sequence[int], name: str
 ) -> FloatArray:
     if surrogate is None:
         return np.zeros((0, 3))
     places = space.to_unit(surrogate.training_x)[:, list(columns)]
-    values = reading(np.degrees(surrogate.training_flexion), name)
+    values = reading(surrogate.training_y, name)
     points = np.column_stack([places, values])
     return points[np.isfinite(values)]
 
@@ -71,7 +76,7 @@ def picture(
     *,
     own_deg: ArrayLike,
     predicted_deg: ArrayLike | None,
-    surrogate: KneeSurrogate | None,
+    surrogate: TrainedSurrogate | None,
     worst: Sequence[tuple[FloatArray, ArrayLike]] = (),
 ) -> Picture:
     """Return what a slice shows for one reading.
@@ -83,12 +88,12 @@ def picture(
         One of kneecore's `READINGS`.
     own_deg, predicted_deg : array_like, shape (12,)
         Angles of the slice's knee in the true model and in the surrogate, deg.
-    surrogate : KneeSurrogate or None
+    surrogate : TrainedSurrogate or None
         Its training knees are shown.
     worst : sequence of (x, angles in deg)
         The two worst cases, or nothing.
     """
-    space = found.space
+    space = space_of(found)
     columns = [space.names.index(n) for n in found.names]
     place = space.to_unit(found.x[: len(space.names)])  # rest lengths may be changed, but held
     own = _marked(place, own_deg, columns, name)
@@ -98,8 +103,8 @@ def picture(
     return Picture(
         names=found.names,
         ends=_ends(found),
-        model=found.reading(name),
-        surrogate=found.surrogate_reading(name),
+        model=reading(found.y, name),
+        surrogate=None if found.y_surrogate is None else reading(found.y_surrogate, name),
         training=_training(surrogate, space, columns, name),
         own=own,
         predicted=_marked(place, predicted_deg, columns, name),
@@ -108,6 +113,7 @@ def picture(
 
 
 def _ends(found: Landscape) -> tuple[tuple[float, float], tuple[float, float]]:
-    lower, upper = display_values(found.space.lower), display_values(found.space.upper)
-    first, second = (found.space.names.index(name) for name in found.names)
+    space = space_of(found)
+    lower, upper = display_values(space.lower), display_values(space.upper)
+    first, second = (space.names.index(name) for name in found.names)
     return (lower[first], upper[first]), (lower[second], upper[second])

@@ -1,23 +1,25 @@
-"""The long computations that a page asks kneecore for, each as work for a `Job`.
+"""The long computations that a page asks kneecore for, each as work for a `Job`."""
 
-Every option that the page can set passes here on its way to kneecore.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 import kneecore
-from kneecore import InfluenceResult, Landscape, MonteCarloResult, ParameterSpace, SearchResult
-from kneecore.knee.model import Objective
-from kneecore.knee.response import Solver
-from kneecore.numerics.sampling_options import Sampling
-from kneecore.search.compare import MethodTrace, compare_methods
-from kneecore.search.settings import Method, SearchSpace
-from kneeviz.jobs.cores import spare_cores
+from kneecore import (
+    InfluenceResult,
+    InfluenceSettings,
+    Knee,
+    Landscape,
+    MethodTrace,
+    MonteCarloResult,
+    SamplingSettings,
+    SearchResult,
+    SearchSettings,
+    TrainedSurrogate,
+)
 from kneeviz.jobs.job import Watch
 
 FloatArray = NDArray[np.float64]
@@ -25,111 +27,43 @@ Result = TypeVar("Result")
 Work = Callable[[Watch], Result]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bounded:
-    """The box that a computation stays in, and what its knees do with their rest lengths."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compared:
+    """What all methods found, and where."""
 
-    space: ParameterSpace
-    rest_length: Any
-
-
-@dataclass(frozen=True, kw_only=True)
-class SearchOptions:
-    """How to search."""
-
-    search_space: SearchSpace
-    method: Method
-    repair: bool
-    """Whether a surrogate is repaired; a search in the true model has none."""
-    solver: Solver
-    objective: Objective
-    pop_size: int
-    n_generations: int
-    seed: int
+    model: Knee
+    settings: SearchSettings
+    methods: tuple[MethodTrace, ...]
 
 
-def search(within: Bounded, options: SearchOptions) -> Work[SearchResult]:
+def search(knee: Knee, settings: SearchSettings) -> Work[SearchResult]:
     """Return the worst-case search."""
-    # The exact search has neither, and refuses them.
-    genetic: dict[str, Any] = {}
-    if options.method == "ga":
-        genetic = {"pop_size": options.pop_size, "n_generations": options.n_generations}
-    return lambda watch: kneecore.worst_case(
-        within.space,
-        method=options.method,
-        repair=options.repair and options.search_space == "surrogate",
-        search_space=options.search_space,
-        training_samples=max(50, within.space.n_free + 2),
-        **genetic,
-        objective=options.objective,
-        seed=options.seed,
-        rest_length=within.rest_length,
-        solver=options.solver,
-        threads=spare_cores(),
-        callback=watch,
-    )
+    return lambda watch: kneecore.worst_case(knee, settings, callback=watch)
 
 
-def comparison(
-    within: Bounded, *, objective: Objective, solver: Solver, seed: int
-) -> Work[Mapping[str, MethodTrace]]:
+def comparison(knee: Knee, settings: SearchSettings) -> Work[Compared]:
     """Return the comparison of the search's methods."""
-    return lambda watch: compare_methods(
-        within.space,
-        objective=objective,
-        solver=solver,
-        rest_length=within.rest_length,
-        seed=seed,
-        threads=spare_cores(),
-        callback=watch,
+    return lambda watch: Compared(
+        model=knee,
+        settings=settings,
+        methods=kneecore.compare_methods(knee, settings, callback=watch),
     )
 
 
 def sampling(
-    within: Bounded,
-    *,
-    n_samples: int,
-    sampling: Sampling,
-    seed: int,
-    angles_deg: FloatArray | None,
+    knee: Knee, settings: SamplingSettings, marks: FloatArray | None
 ) -> Work[MonteCarloResult]:
-    """Return the sampling of the true model; `angles_deg` are held against the samples."""
-    return lambda watch: kneecore.monte_carlo(
-        within.space,
-        n_samples=n_samples,
-        sampling=sampling,
-        seed=seed,
-        rest_length=within.rest_length,
-        threads=spare_cores(),
-        angles_deg=angles_deg,
-        callback=watch,
-    )
+    """Return the sampling of the true model; `marks`, angles in deg, are held against it."""
+    return lambda watch: kneecore.monte_carlo(knee, settings, marks=marks, callback=watch)
 
 
-def influence(within: Bounded, *, n_base: int, seed: int) -> Work[InfluenceResult]:
+def influence(knee: Knee, settings: InfluenceSettings) -> Work[InfluenceResult]:
     """Return the sensitivity analysis."""
-    return lambda watch: kneecore.influence(
-        within.space,
-        n_base=n_base,
-        seed=seed,
-        rest_length=within.rest_length,
-        threads=spare_cores(),
-        callback=watch,
-    )
+    return lambda watch: kneecore.influence(knee, settings, callback=watch)
 
 
 def landscape(
-    within: Bounded,
-    x: FloatArray,
-    names: tuple[str, str],
-    surrogate: kneecore.KneeSurrogate | None,
+    knee: Knee, x: FloatArray, names: tuple[str, str], surrogate: TrainedSurrogate | None
 ) -> Landscape:
     """Run kneecore over the grid of a landscape."""
-    return kneecore.landscape(
-        x,
-        names,
-        space=within.space,
-        surrogate=surrogate,
-        rest_length=within.rest_length,
-        threads=spare_cores(),
-    )
+    return kneecore.landscape(knee, names, x=x, surrogate=surrogate)

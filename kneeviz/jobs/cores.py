@@ -1,6 +1,6 @@
 """How many cores long work may take."""
 
-from kneecore._threads import available_cores
+from kneecore import available_cores
 
 
 def spare_cores() -> int:

@@ -5,7 +5,7 @@ import time
 from typing import NamedTuple
 
 from kneecore import Cancelled, KneecoreError
-from kneeviz.jobs.live_worst_case import LiveAnswer, LiveSettings, find
+from kneeviz.jobs.live_worst_case import LiveAnswer, LiveRequest, find
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.worker import Actions, Worker
 
@@ -19,7 +19,7 @@ answers; slow ones give way to what the visitor wants now."""
 class LiveFound(NamedTuple):
     """What the live search came to."""
 
-    settings: LiveSettings | None
+    request: LiveRequest | None
     """The request; None if nothing is wanted any more."""
     answer: LiveAnswer | None
     why: str | None
@@ -34,21 +34,21 @@ class LiveSearch:
 
     def __init__(self, post: Post) -> None:
         self._post = post
-        self._wanted: LiveSettings | None = None
+        self._wanted: LiveRequest | None = None
         self._worker = Worker(self._step, self._failed, name="live")
         self._started = False
 
-    def ask(self, settings: LiveSettings) -> None:
+    def ask(self, request: LiveRequest) -> None:
         """Ask for a worst case; a request that still waits is replaced."""
-        self._wanted = settings
+        self._wanted = request
         if not self._started:
             self._started = True
             self._worker.start()
-        self._worker.mailbox.post("find", settings)
+        self._worker.mailbox.post("find", request)
 
-    def is_latest(self, settings: LiveSettings | None) -> bool:
-        """Tell whether nothing was asked after `settings`."""
-        return settings is self._wanted
+    def is_latest(self, request: LiveRequest | None) -> bool:
+        """Tell whether nothing was asked after `request`."""
+        return request is self._wanted
 
     def forget(self) -> None:
         """Want nothing any more; a search that takes long is cancelled."""
@@ -59,24 +59,24 @@ class LiveSearch:
         self._worker.stop()
 
     def _step(self, actions: Actions) -> None:
-        settings: LiveSettings = actions[-1][1]
-        if settings is not self._wanted:
+        request: LiveRequest = actions[-1][1]
+        if request is not self._wanted:
             return
         begun = time.monotonic()
 
         def superseded() -> bool:
             if self._worker.mailbox.closed:
                 return True
-            return self._wanted is not settings and time.monotonic() - begun > PATIENCE
+            return self._wanted is not request and time.monotonic() - begun > PATIENCE
 
         answer, why = None, None
         try:
-            answer = find(settings, superseded)
+            answer = find(request, superseded)
         except Cancelled:
             return
         except KneecoreError as error:
             why = str(error)
-        self._post("live_found", LiveFound(settings, answer, why))
+        self._post("live_found", LiveFound(request, answer, why))
 
     def _failed(self, error: Exception) -> None:
         _LOG.error("the live search failed: %s", error)

@@ -1,48 +1,52 @@
 """The worst case that follows the visitor's hand: what is asked, and the answer. No widget.
 
 It is searched around the visitor's own knee, in the true model, among knees at rest: exactly what
-``worst_case(space, method="exact", solver="equilibrium")`` finds without a browser.
+``worst_case(Knee(space, solver="equilibrium"), SearchSettings(method="exact"))`` finds without a
+browser.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import kneecore
-from kneecore import Cancelled, MonteCarloResult, ParameterSpace, SearchResult
-from kneecore.knee.model import Objective
+from kneecore import (
+    Cancelled,
+    Knee,
+    MonteCarloResult,
+    SamplingSettings,
+    SearchResult,
+    SearchSettings,
+)
 
 N_SAMPLES = 2000
 """Knees behind the band."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LiveSettings:
-    """What the visitor has set: one request."""
+class LiveRequest:
+    """What the visitor has set."""
 
-    space: ParameterSpace
-    """The bounds, around his knee."""
-    rest_length: Any
-    objective: Objective
-    seed: int
+    knee: Knee
+    """The knees at rest within the bounds around his."""
+    search: SearchSettings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LiveAnswer:
     """The two most different knees at rest, and where the others are."""
 
-    settings: LiveSettings
+    request: LiveRequest
     result: SearchResult
     sampled: MonteCarloResult
     """Knees at rest within the same bounds; those without an equilibrium are counted."""
 
 
-def find(settings: LiveSettings, stop: Callable[[], bool]) -> LiveAnswer:
+def find(request: LiveRequest, stop: Callable[[], bool]) -> LiveAnswer:
     """Search and sample.
 
     Parameters
     ----------
-    settings : LiveSettings
+    request : LiveRequest
     stop : callable
         Asked between any two batches of models; a true answer cancels.
 
@@ -53,25 +57,10 @@ def find(settings: LiveSettings, stop: Callable[[], bool]) -> LiveAnswer:
     KneecoreError
         If there is no worst case within these bounds.
     """
-    # One thread: its batches are too small for two, and the other core draws.
-    result = kneecore.worst_case(
-        settings.space,
-        method="exact",
-        solver="equilibrium",
-        objective=settings.objective,
-        seed=settings.seed,
-        rest_length=settings.rest_length,
-        threads=1,
-        callback=lambda _: stop(),
-    )
+    result = kneecore.worst_case(request.knee, request.search, callback=lambda _: stop())
     if result.stop_reason == "cancelled":
         raise Cancelled
     sampled = kneecore.monte_carlo(
-        settings.space,
-        n_samples=N_SAMPLES,
-        solver="equilibrium",
-        seed=settings.seed,
-        rest_length=settings.rest_length,
-        threads=1,
+        request.knee, SamplingSettings(n_samples=N_SAMPLES, seed=request.search.seed)
     )
-    return LiveAnswer(settings=settings, result=result, sampled=sampled)
+    return LiveAnswer(request=request, result=result, sampled=sampled)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import kneecore
-from kneecore import ParameterSpace
-from kneeviz.jobs.cores import spare_cores
+from kneecore import Knee
 from kneeviz.jobs.job import Watch
 
 if TYPE_CHECKING:  # its figures' library takes a second to load
@@ -18,8 +17,7 @@ if TYPE_CHECKING:  # its figures' library takes a second to load
 class PaperFiles:
     """A report's files and what it says in a line."""
 
-    space: ParameterSpace
-    rest_length: str
+    model: Knee
     words: str
     """How many of the paper's claims agree, differ, or cannot be compared."""
     page: bytes
@@ -28,7 +26,7 @@ class PaperFiles:
     """All of the report's files, as a ZIP."""
 
 
-def redo(space: ParameterSpace, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
+def redo(knee: Knee, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
     """Compute the paper again and draw its report.
 
     Raises
@@ -36,20 +34,14 @@ def redo(space: ParameterSpace, *, quick: bool, seed: int, watch: Watch) -> Pape
     KneecoreError, Cancelled
         As `kneecore.redo_paper`.
     """
-    report = kneecore.redo_paper(
-        space,
-        quick=quick,
-        seed=seed,
-        threads=spare_cores(),
-        callback=watch,
-    )
+    report = kneecore.redo_paper(knee, quick=quick, seed=seed, callback=watch)
     watch(kneecore.Progress(stage="drawing the figures", done=1, total=1))
+    files = dict(report.files())
     return PaperFiles(
-        space=space,
-        rest_length="recomputed",
+        model=knee,
         words=_words(report),
-        page=report.html().encode(),
-        everything=_packed(report),
+        page=files["paper.html"],
+        everything=_packed(files),
     )
 
 
@@ -64,9 +56,9 @@ def _words(report: "PaperReport") -> str:
     return f"{len(report.verdicts)} claims: {counts} ({budget}; {report.seconds:.0f} s)."
 
 
-def _packed(report: "PaperReport") -> bytes:
+def _packed(files: dict[str, bytes]) -> bytes:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in report.files():
+        for name, content in files.items():
             archive.writestr(name, content)
     return packed.getvalue()

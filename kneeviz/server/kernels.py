@@ -3,8 +3,7 @@
 import logging
 import threading
 
-import kneecore
-from kneecore import warm_up
+from kneecore import Knee, SearchSettings, warm_up
 from kneeviz.jobs.messages import Post
 
 _LOG = logging.getLogger(__name__)
@@ -44,14 +43,14 @@ class KernelWarmUp:
 
     def _run(self) -> None:
         try:
-            baseline = kneecore.packaged_knee().baseline
-            kneecore.simulate(baseline)
+            knee = Knee()
+            knee.simulate(knee.nominal)
             self._announce("model")
-            kneecore.trajectory(baseline)
-            warm_up("surrogate")
-            warm_up("model")
+            knee.trajectory(knee.nominal)
+            warm_up(knee)
+            warm_up(knee, SearchSettings(search_space="model"))
             self._announce("search")
-            warm_up("model", method="exact", solver="equilibrium")
+            warm_up(Knee(solver="equilibrium"), SearchSettings(method="exact"))
             self._announce("exact")
         except Exception as error:
             _LOG.exception("the kernels cannot be compiled")

@@ -12,17 +12,19 @@ from numpy.typing import NDArray
 import kneecore
 from kneecore import (
     NAMES,
+    Knee,
     KneeFile,
-    KneeSurrogate,
     ParameterError,
     ParameterSpace,
     Response,
     SearchResult,
+    TrainedSurrogate,
     Trajectory,
 )
 from kneecore.knee.parameters import widened
+from kneecore.knee.response import Solver
 from kneeviz.geometry.sweep import Sweep, sweep_of
-from kneeviz.jobs.computations import Bounded
+from kneeviz.jobs.cores import spare_cores
 from kneeviz.state import results
 from kneeviz.state.bounds import SCALE, WIDTH, Bounds
 
@@ -61,7 +63,7 @@ class KneeState:
         self.x: FloatArray = widened(start, WIDTH)
         self.baseline: Solved | None = None
         self.current: Solved | None = None
-        self.surrogate: KneeSurrogate | None = None
+        self.surrogate: TrainedSurrogate | None = None
         self.predicted: FloatArray | None = None
 
     @property
@@ -70,10 +72,14 @@ class KneeState:
         changed = self.x[len(NAMES) :].any() or len(self.space.lower) > len(NAMES)
         return bool(self.bounds.rest_length == "recomputed" and not changed)
 
-    @property
-    def bounded(self) -> Bounded:
-        """The present bounds around the baseline, for a computation."""
-        return Bounded(space=self.space, rest_length=self.bounds.rest_length)
+    def knees(self, solver: Solver = "dynamics") -> Knee:
+        """Return the knees within the present bounds around the baseline, for long work."""
+        return Knee(
+            self.space,
+            solver=solver,
+            rest_length=self.bounds.rest_length,
+            threads=spare_cores(),
+        )
 
     @property
     def at_baseline(self) -> bool:
@@ -124,9 +130,11 @@ class KneeState:
         return Solved(x=widened(x, WIDTH), response=response, sweep=sweep)
 
     def predict(self, x: FloatArray) -> FloatArray | None:
-        """Return the surrogate's angles for `x`, or None where it knows nothing of it."""
+        """Return the surrogate's angles for `x`, rad, or None where it knows nothing of it."""
         beyond = x[len(self.space.lower) :].any()
-        return None if self.surrogate is None or beyond else self.surrogate.predict(x)
+        if self.surrogate is None or beyond:
+            return None
+        return np.radians(self.surrogate.predict(x[: len(self.space.lower)]))
 
     def update(self, x: FloatArray) -> Solved:
         """Make `x` the visitor's knee, for the true model and the surrogate; return the answer.
@@ -171,13 +179,8 @@ class KneeState:
         """Fit the surrogate of the present bounds; raises `KneecoreError` if it cannot be."""
         self.surrogate = self.predicted = None
         n_samples = max(TRAINING_SAMPLES, self.space.n_free + 2)
-        self.surrogate = kneecore.fit_surrogate(
-            self.space,
-            n_samples=n_samples,
-            seed=0,
-            rest_length=self.bounds.rest_length,
-            threads=1,
-        )
+        knee = Knee(self.space, rest_length=self.bounds.rest_length, threads=1)
+        self.surrogate = kneecore.fit_surrogate(knee, n_samples=n_samples, seed=0)
         self.predicted = self.predict(self.x)
 
     def take_result(self, result: SearchResult) -> None:
@@ -194,7 +197,7 @@ class KneeState:
         """The surrogate's training curves that did not fail, shape (n, 12), rad, or None."""
         if self.surrogate is None:
             return None
-        curves = self.surrogate.training_flexion
+        curves = np.radians(self.surrogate.training_y)
         kept: FloatArray = curves[np.isfinite(curves).all(axis=1)]
         return kept
 

@@ -6,10 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import KneecoreError, KneeSurrogate, Landscape, ParameterSpace
-from kneecore.study.landscape import READINGS
+from kneecore import READINGS, Knee, KneecoreError, Landscape, ParameterSpace, TrainedSurrogate
 from kneeviz.jobs import computations
-from kneeviz.jobs.computations import Bounded
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.state.knee import KneeState
@@ -25,9 +23,9 @@ class Slice:
     """What a landscape is asked to be of."""
 
     x: FloatArray
-    space: ParameterSpace
-    surrogate: KneeSurrogate | None
-    rest_length: Any
+    knee: Knee
+    """The knees within the bounds."""
+    surrogate: TrainedSurrogate | None
     names: tuple[str, str]
     own_deg: FloatArray
     """The knee's 12 angles in the true model, deg."""
@@ -39,15 +37,14 @@ class Slice:
         return (
             other is not None
             and np.array_equal(self.x, other.x)
-            and self.space is other.space
+            and self.knee.space is other.knee.space
             and self.surrogate is other.surrogate
-            and (self.rest_length, self.names) == (other.rest_length, other.names)
+            and (self.knee.rest_length, self.names) == (other.knee.rest_length, other.names)
         )
 
     def compute(self) -> Landscape:
         """Run kneecore over the grid."""
-        within = Bounded(space=self.space, rest_length=self.rest_length)
-        return computations.landscape(within, self.x, self.names, self.surrogate)
+        return computations.landscape(self.knee, self.x, self.names, self.surrogate)
 
 
 def free_names(space: ParameterSpace) -> tuple[str, ...]:
@@ -119,9 +116,8 @@ class LandscapeState:
         predicted = state.predict(current.x)
         wanted = Slice(
             x=current.x,
-            space=state.space,
+            knee=state.knees(),
             surrogate=None if predicted is None else state.surrogate,
-            rest_length=state.bounds.rest_length,
             names=self.names,
             own_deg=np.degrees(current.response.flexion),
             predicted_deg=None if predicted is None else np.degrees(predicted),

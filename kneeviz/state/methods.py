@@ -1,10 +1,9 @@
 """The comparison of the search's methods: the one that runs, and the last one found."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kneecore.search.compare import MethodTrace
+from kneeviz.jobs.computations import Compared
 from kneeviz.jobs.job import Job
 
 
@@ -13,6 +12,6 @@ class MethodsState:
     """The comparison that runs, and the last one found."""
 
     job: Job | None = None
-    found: Mapping[str, MethodTrace] | None = None
+    found: Compared | None = None
     written: tuple[Any, ...] = ()
     """What the text on screen was made of."""

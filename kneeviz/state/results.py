@@ -16,29 +16,29 @@ FloatArray = NDArray[np.float64]
 
 def space(found: Any) -> ParameterSpace:
     """Return the bounds that a result of any kind belongs to."""
-    kept: ParameterSpace = found.space
+    kept: ParameterSpace = found.model.space
     return kept
 
 
 def rest_length(found: Any) -> str:
     """Return what a result's knees do with their rest lengths: "recomputed" or "fixed"."""
-    return str(found.rest_length)
+    return str(found.model.rest_length)
 
 
 def solver(found: Any) -> str:
     """Return how a result's knees were simulated: "dynamics" or "equilibrium"."""
-    return str(found.solver)
+    return str(found.model.solver)
 
 
 def seed(found: Any) -> int:
     """Return the seed of a result."""
-    return int(found.seed)
+    return int(found.settings.seed)
 
 
 def knees(result: SearchResult) -> tuple[tuple[FloatArray, Response], tuple[FloatArray, Response]]:
     """Return both worst cases: parameters, SI, and the true model's answer."""
     one, two = (np.array(x) for x in result.x)
-    return (one, result.model_1), (two, result.model_2)
+    return (one, result.responses["model_1"]), (two, result.responses["model_2"])
 
 
 def angles_deg(result: SearchResult) -> FloatArray:
@@ -48,7 +48,9 @@ def angles_deg(result: SearchResult) -> FloatArray:
 
 def motion(result: SearchResult, x: FloatArray) -> Trajectory:
     """Return the motion in time of one of a result's knees."""
-    return kneecore.trajectory(x, baseline=result.space.baseline, rest_length=result.rest_length)
+    return kneecore.trajectory(
+        x, baseline=space(result).baseline, rest_length=result.model.rest_length
+    )
 
 
 def same_bounds(a: Any, b: Any) -> bool:

@@ -29,7 +29,7 @@ class Band:
 
 def band_of(sampled: MonteCarloResult, text: str) -> Band:
     """Return the band of a sampling; `text` says what was sampled."""
-    spread = sampled.flexion_deg
+    spread = sampled.y
     return Band(lower_deg=spread.percentile_lower, upper_deg=spread.percentile_upper, text=text)
 
 

@@ -211,8 +211,9 @@ def result_of(knee, how):
     return SearchResult(
         model=knee, settings=how, x=x, y=y, y_nominal=y[0], y_surrogate=None,
         responses=dict.fromkeys(("baseline", "model_1", "model_2"), baseline),
-        objective_surrogate=None, objective_model=0.0, gap_percent=None, loo_rms=None,
-        training_x=None, training_y=None, run_values=(0.0,), history=np.zeros(1), stop_reason="converged",
+        objective_surrogate=None, objective_model=0.0, gap_percent=None, training_x=None,
+        training_y=None, loo_rms=None, run_values=(0.0,), history=np.zeros(1),
+        stop_reason="converged",
         counts={f"models_{k}": 0 for k in ("simulated", *knee.count_names)}
         | {"pairs_evaluated": 0},
         seconds={}, threads=1, versions={},

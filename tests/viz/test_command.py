@@ -13,8 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from kneecore import ParameterError
-from kneecore._assets import asset_path
+from kneecore import ParameterError, asset_path
 from kneeviz import __main__ as command
 
 REPOSITORY = Path(command.__file__).resolve().parents[1]

@@ -5,8 +5,7 @@ import zipfile
 import pytest
 
 import kneecore
-from kneecore import FileFormatError, KneeFile
-from kneecore._assets import asset_path
+from kneecore import FileFormatError, KneeFile, asset_path
 from kneecore.search.result import SearchResult
 from kneeviz.actions import downloads as files
 

@@ -224,11 +224,11 @@ class TestLive:
         assert live.state.surrogate.space is live.state.space
 
     def test_the_loads_that_count_are_followed_too(self, live, visitor):
-        visitor.set(widget(live.view.search.objective), "extension")
+        visitor.set(widget(live.view.search.options.handles["objective"]), "extension")
         eventually(lambda: live.state.result.objective == "extension")
         wanted = headless(ParameterSpace(), objective="extension")
         assert live.state.result.x.tobytes() == wanted.x.tobytes()
-        visitor.set(widget(live.view.search.objective), "all")
+        visitor.set(widget(live.view.search.options.handles["objective"]), "all")
         eventually(lambda: live.state.result.objective == "all")
 
     def test_wide_bounds_say_so_and_give_way(self, live, visitor):
@@ -317,15 +317,19 @@ class TestMethods:
     def restore(self, page, visitor):
         yield
         tab = page.view.search
-        visitor.set(widget(tab.method), "Genetic")
+        visitor.set(widget(tab.options.handles["method"]), "Genetic")
         visitor.set(widget(tab.solver), "In motion")
-        eventually(lambda: tab.method.value == "Genetic" and tab.solver.value == "In motion")
+        eventually(
+            lambda: (
+                tab.options.handles["method"].value == "Genetic" and tab.solver.value == "In motion"
+            )
+        )
 
     @pytest.mark.parametrize("where", ["model", "surrogate"])
     def test_an_exact_search_with_its_evidence(self, page, visitor, where):
         tab = page.view.search
-        visitor.set(widget(tab.method), "Exact gradients")
-        visitor.wait(lambda c: c.props[widget(tab.pop_size)]["disabled"])
+        visitor.set(widget(tab.options.handles["method"]), "Exact gradients")
+        visitor.wait(lambda c: c.props[widget(tab.options.handles["pop_size"])]["disabled"])
         visitor.set(widget(tab.solver), "At rest")
         eventually(lambda: tab.solver.value == "At rest")
         page.state.result = None
@@ -340,14 +344,19 @@ class TestMethods:
         command = visitor.props[widget(tab.table)]["content"]
         assert "--method exact --solver equilibrium" in command
         assert ("--space surrogate" in command) == (where == "surrogate")
-        visitor.set(widget(tab.method), "Genetic")
-        visitor.wait(lambda c: not c.props[widget(tab.pop_size)]["disabled"])
+        visitor.set(widget(tab.options.handles["method"]), "Genetic")
+        visitor.wait(lambda c: not c.props[widget(tab.options.handles["pop_size"])]["disabled"])
 
     def test_a_repaired_surrogate_tells_its_gaps(self, page, visitor):
         tab = page.view.search
-        visitor.set(widget(tab.method), "Exact gradients")
-        visitor.set(widget(tab.repair), True)
-        eventually(lambda: tab.method.value == "Exact gradients" and tab.repair.value)
+        visitor.set(widget(tab.options.handles["method"]), "Exact gradients")
+        visitor.set(widget(tab.options.handles["repair"]), True)
+        eventually(
+            lambda: (
+                tab.options.handles["method"].value == "Exact gradients"
+                and tab.options.handles["repair"].value
+            )
+        )
         page.state.result = None
         press(visitor, tab.surrogate)
         eventually(lambda: page.search.job is None and page.state.result is not None)
@@ -358,5 +367,5 @@ class TestMethods:
         assert "--repair" in visitor.props[widget(tab.table)]["content"]
         press(visitor, tab.model)  # the true model has no surrogate to be repaired
         eventually(lambda: page.state.result.search_space == "model")
-        visitor.set(widget(tab.repair), False)
-        eventually(lambda: not tab.repair.value)
+        visitor.set(widget(tab.options.handles["repair"]), False)
+        eventually(lambda: not tab.options.handles["repair"].value)

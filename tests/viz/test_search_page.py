@@ -11,8 +11,7 @@ from viz.visits import pause, press, search_anew, wait_for_result, widget
 from viz.websocket_client import WebSocketClient
 
 import kneecore
-from kneecore import NAMES
-from kneecore._assets import asset_path
+from kneecore import NAMES, asset_path
 from kneeviz import viser_internals
 from kneeviz.jobs.messages import Asked
 from kneeviz.state.presets import WORST

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from kneecore import MOMENT, InfluenceResult
+from kneecore import InfluenceResult
+from kneecore.report.influence import answer
 from kneeviz.state.study import BARS
 from kneeviz.views import theme
 from kneeviz.views.html import influence
@@ -20,8 +21,8 @@ def indices(
             "Which parameters decide each angle? Press <b>Influence</b> in the tab “Study” on the "
             "right: some seconds."
         )
-    answer = found.answer(float(MOMENT[load]), label=parameter_label)
-    words = escape(answer.replace(" N m", " N·m:", 1))
+    told = answer(found, load, called=parameter_label)
+    words = escape(told.replace(" N m", " N·m:", 1))
     head = box(
         f"<b>{words}</b>" + influence.groups(found, load, colours),
         style="font-size:12px",

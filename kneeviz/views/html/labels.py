@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from kneecore import LIGAMENTS, MOMENT
+from kneecore import LIGAMENTS, MOMENT, READINGS
 from kneecore.knee.parameters import STRUCTURE
-from kneecore.study.landscape import DEFICIT, READINGS
+from kneecore.knee.readings import DEFICIT
 
 _UNITS = {row[0]: row[3].replace("^2", "²") for row in STRUCTURE}
 

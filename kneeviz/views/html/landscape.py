@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kneecore import Landscape
+from kneecore import Landscape, reading
 from kneeviz.geometry.picture import Picture
 from kneeviz.geometry.surfaces import Box, box_around
 from kneeviz.views import theme
@@ -25,9 +25,9 @@ def _patch(colour: str) -> str:
 
 def error_words(found: Landscape, name: str) -> str:
     """Return how far the surrogate is off over the slice, in words."""
-    error = found.error(name)
-    if error is None:
+    if found.y_surrogate is None:
         return "There is no surrogate for these bounds: the true model alone is shown."
+    error = reading(found.y_surrogate, name) - reading(found.y, name)
     size = np.abs(error[np.isfinite(error)])
     if len(size) == 0:
         return "The true model fails everywhere on this slice."
@@ -51,7 +51,7 @@ def landscape_key(
         own += f" {_dot(colours.surrogate, 7)}what the surrogate says of it"
     lines.append(own)
     beside = _worst_words(shown, box, colours) + _training_words(shown, box, colours)
-    off = f"Both sheets have your knee's other {len(found.space.names) - 2} parameters."
+    off = f"Both sheets have your knee's other {len(found.model.names) - 2} parameters."
     if beside:
         off += " Training knees and worst cases have their own: they lie off the sheets."
     body = "".join(f'<div style="line-height:1.5">{line}</div>' for line in lines + beside)

@@ -1,11 +1,11 @@
 """The search's methods side by side: a convergence plot as SVG and a table. Pure functions."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
-from kneecore.search.compare import MethodTrace
+from kneecore import MethodTrace
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
 
@@ -27,9 +27,9 @@ def _hue(name: str, colours: theme.Palette) -> str:
 class _Axes:
     """Where models (log) and f (deg) lie in the drawing."""
 
-    def __init__(self, traces: Mapping[str, MethodTrace]) -> None:
-        models = np.concatenate([t.n_models for t in traces.values()])
-        values = np.concatenate([t.objective for t in traces.values()])
+    def __init__(self, traces: Sequence[MethodTrace]) -> None:
+        models = np.concatenate([t.n_models for t in traces])
+        values = np.concatenate([t.objective for t in traces])
         self.decades = (math.floor(math.log10(models.min())), math.ceil(math.log10(models.max())))
         self.step = _round_step(float(np.ptp(values)) / 4.0)
         self.low = self.step * math.floor(values.min() / self.step)
@@ -90,13 +90,13 @@ def _steps(trace: MethodTrace, axes: _Axes, hue: str) -> str:
     )
 
 
-def plot(traces: Mapping[str, MethodTrace], colours: theme.Palette) -> str:
+def plot(traces: Sequence[MethodTrace], colours: theme.Palette) -> str:
     """Return the convergence plot; traces without any answer are left out."""
-    known = {name: t for name, t in traces.items() if len(t.n_models)}
+    known = [t for t in traces if t.n_models]
     if not known:
         return ""
     axes = _Axes(known)
-    lines = "".join(_steps(t, axes, _hue(name, colours)) for name, t in known.items())
+    lines = "".join(_steps(t, axes, _hue(t.method, colours)) for t in known)
     return (
         f'<svg viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" width="100%" style="display:block" '
         f'fill="currentColor" font-size="10.5" role="img" aria-label="Best f of each method '
@@ -104,35 +104,35 @@ def plot(traces: Mapping[str, MethodTrace], colours: theme.Palette) -> str:
     )
 
 
-def table(traces: Mapping[str, MethodTrace], colours: theme.Palette) -> str:
+def table(traces: Sequence[MethodTrace], colours: theme.Palette) -> str:
     """Return f, its shortfall from the best of all, the models and the seconds of each method."""
-    known = {name: t for name, t in traces.items() if len(t.n_models)}
-    best = max((float(t.objective[-1]) for t in known.values()), default=math.nan)
+    known = [t for t in traces if t.n_models]
+    best = max((t.objective[-1] for t in known), default=math.nan)
     rows = []
-    for name, trace in traces.items():
+    for trace in traces:
+        name, short = trace.method, trace.shortfall_percent(best)
         label = f'<span style="color:{_hue(name, colours)};font-weight:600">{_NAMES[name]}</span>'
-        if name not in known:
+        if short is None:
             rows.append((label, *["\u2013"] * 4))
             continue
-        seconds = sum(v for k, v in trace.result.seconds.items() if k != "compile")
         rows.append(
             (
                 label,
                 pieces.number(float(trace.objective[-1]), 1, "°"),
-                pieces.number(max(trace.shortfall_percent(best), 0.0), 1, "%"),
+                pieces.number(max(short, 0.0), 1, "%"),
                 f"{round(float(trace.n_models[-1])):,}",
-                pieces.number(seconds, 2, "s"),
+                pieces.number(trace.seconds, 2, "s"),
             )
         )
     return pieces.table(("", "f", "short by", "models", "time"), rows)
 
 
-def promises(traces: Mapping[str, MethodTrace]) -> str:
+def promises(traces: Sequence[MethodTrace]) -> str:
     """Return what the searches in a surrogate had promised, each with the truth beside it."""
     told = []
-    for name, trace in traces.items():
-        promised = trace.result.objective_surrogate
-        if promised is None or not len(trace.objective):
+    for trace in traces:
+        name, promised = trace.method, trace.promised
+        if promised is None or not trace.objective:
             continue
         true = pieces.number(float(trace.objective[-1]), 1, "°")
         told.append(

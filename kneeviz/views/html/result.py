@@ -60,7 +60,7 @@ def evidence_line(result: SearchResult) -> str:
     evidence = result.evidence
     if evidence is None:
         return ""
-    where = "" if result.search_space == "model" else " in the surrogate"
+    where = "" if result.settings.search_space == "model" else " in the surrogate"
     share = number(100.0 * evidence.share_reached, 0, "%")
     parts = [f"{share} of {evidence.n_climbs} climbs{where} end here"]
     if evidence.second_best is not None:
@@ -72,8 +72,8 @@ def evidence_line(result: SearchResult) -> str:
     if evidence.objective_before_climb is not None and result.objective_model is not None:
         gain = result.objective_model - evidence.objective_before_climb
         parts.append(f"{number(gain, 1, '°')} gained in motion")
-    if evidence.n_lost:
-        parts.append(f"{evidence.n_lost:,} knees without an equilibrium left out")
+    if evidence.n_failed:
+        parts.append(f"{evidence.n_failed:,} knees without an equilibrium left out")
     return f"<br>{faint('; '.join(parts) + '.')}"
 
 

@@ -10,7 +10,7 @@ STALE_STYLE = "opacity:.45"
 
 def sampling(found: MonteCarloResult, *, stale: bool) -> str:
     """Return what a Monte-Carlo study found at the largest moments, failures counted."""
-    spread = found.flexion_deg
+    spread = found.y
     rows = [
         (
             f"{'+' if MOMENT[k] > 0 else ''}{number(float(MOMENT[k]), 0)} N·m",
@@ -23,8 +23,8 @@ def sampling(found: MonteCarloResult, *, stale: bool) -> str:
     ]
     head = ("Angle, deg", "mean", "sd", "0.15 %", "99.85 %")
     note = (
-        f"{found.n_samples:,} knees, {found.sampling}, seed {results.seed(found)}: "
-        f"<b>{found.n_failed:,} failed</b> (left out), {found.n_unsettled:,} not at rest at some "
+        f"{found.n_samples:,} knees, {found.settings.sampling}, seed {results.seed(found)}: "
+        f"<b>{found.n_failed:,} failed</b> (left out), {found.counts['unsettled']:,} not at rest at some "
         "load (kept)."
     )
     return box(

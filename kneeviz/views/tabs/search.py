@@ -2,13 +2,37 @@
 
 from typing import Any
 
+from kneecore import Knee, SearchSettings
 from kneecore.knee.response import Solver
-from kneecore.search.settings import Method
+from kneecore.search.settings import SearchSpace
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box
 from kneeviz.views.tabs.events import on_press, on_value
+from kneeviz.views.tabs.options import Look, OptionWidgets
 
-METHODS: dict[str, Method] = {"Genetic": "ga", "Exact gradients": "exact"}
+NOT_HERE = {
+    "search_space": "the two buttons choose it",
+    "training_samples": "follows from the number of free parameters",
+    "repair_gap_percent": "its default is what the page promises",
+    "repair_models": "its default is what the page promises",
+    "n_runs": "the page shows one run",
+    "weights": "twelve numbers: the loads are chosen in words",
+    "options": "the genetic algorithm's constants, for the command line",
+}
+"""Options of the search without a widget, and why."""
+LOOKS = {
+    "method": Look(label="Method", words={"ga": "Genetic", "exact": "Exact gradients"}),
+    "thorough": Look(label="Thorough"),
+    "repair": Look(label="Repair"),
+    "pop_size": Look(label="Population", low=10, high=2000, step=10),
+    "n_generations": Look(label="Generations", low=1, high=5000, step=10),
+    "objective": Look(
+        label="Loads", words={name: name for name in ("all", "extension", "flexion")}
+    ),
+    "seed": Look(label="Seed", low=0, high=2**31 - 1),
+}
+_GENETIC = ("pop_size", "n_generations")
+TRAINING_SAMPLES = 50
 SOLVERS: dict[str, Solver] = {"In motion": "dynamics", "At rest": "equilibrium"}
 _LIVE_HINT = (
     "Follows every bound and slider: the two most different knees within the bounds around your "
@@ -56,36 +80,27 @@ class SearchTab:
 
     def _add_settings(self, gui: Any) -> None:
         with gui.add_folder("Settings", expand_by_default=False):
-            self.method = gui.add_dropdown(
-                "Method",
-                tuple(METHODS),
-                hint="Genetic: the paper's algorithm. Exact gradients: climbs from many starts, "
-                "with the evidence of how many end in the same pair.",
-            )
             self.solver = gui.add_dropdown(
                 "Response",
                 tuple(SOLVERS),
                 hint="In motion: after 23 s of simulated motion, as in the paper. At rest: the "
                 "equilibrium under each load.",
             )
-            self.repair = gui.add_checkbox(
-                "Repair",
-                False,
-                hint="In the surrogate: add the pair that was found, and up to 40 knees, to its "
-                "training until surrogate and true model agree there to 1 %.",
-            )
-            self.pop_size = gui.add_number(
-                "Population", 200, min=10, max=2000, step=10, hint="Pairs of knees alive at once."
-            )
-            self.n_generations = gui.add_number(
-                "Generations", 800, min=1, max=5000, step=10, hint="How long evolution goes on."
-            )
-            self.seed = gui.add_number(
-                "Seed", 0, min=0, max=2**31 - 1, step=1, hint="The same seed, the same result."
-            )
-            self.objective = gui.add_dropdown(
-                "Loads", ("all", "extension", "flexion"), hint="Which of the 12 loads count."
-            )
+            self.options = OptionWidgets(gui, SearchSettings, without=NOT_HERE, looks=LOOKS)
+
+    @property
+    def chosen_solver(self) -> Solver:
+        """The response of the true model that the visitor has chosen."""
+        return SOLVERS[self.solver.value]
+
+    def settings(self, knee: Knee, search_space: SearchSpace) -> SearchSettings:
+        """Return what the visitor has set, for a search there."""
+        values = self.options.values()
+        if values["method"] == "exact":  # it has none of them, and refuses them
+            values = {name: v for name, v in values.items() if name not in _GENETIC}
+        values["repair"] &= search_space == "surrogate"
+        samples = max(TRAINING_SAMPLES, knee.n_free + 2)
+        return SearchSettings(search_space=search_space, training_samples=samples, **values)
 
     def _connect(self, post: Post) -> None:
         for handle, key in (
@@ -96,10 +111,15 @@ class SearchTab:
         ):
             on_press(handle, post, key)
         on_value(self.live, post, "live")
-        for handle in (self.seed, self.objective):
-            on_value(handle, post, "live_settings")
-        on_value(self.method, post, "method")
+        for name in ("seed", "objective"):
+            on_value(self.options.handles[name], post, "live_settings")
+        on_value(self.options.handles["method"], post, "method")
         on_value(self.overlay, post, "overlay")
+
+    def show_method(self) -> None:
+        """Shut what the chosen method has none of."""
+        for name in _GENETIC:
+            self.options.handles[name].disabled = self.options.value("method") != "ga"
 
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
