@@ -105,7 +105,7 @@ class Repair:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodTrace:
-    """One method's worst case and the way to it. Every f but the promised one is the true model's."""
+    """One method's worst case and the way to it; every f but the promised one is the model's."""
 
     method: str
     """A key of `METHOD_NAMES`."""

@@ -76,7 +76,8 @@ def refresh(page: Page) -> None:
     response = "at rest" if results.solver(found) == "equilibrium" else "in motion"
     about = (
         f"Every f is the true model's ({response}, seed {results.seed(found)}). Genetic: "
-        f"100 x 100 in the true model; 200 x 800 in the surrogate. {methods.promises(found.methods)}"
+        f"100 x 100 in the true model; 200 x 800 in the surrogate. "
+        f"{methods.promises(found.methods)}"
     )
     page.view.methods.content.content = box(
         note

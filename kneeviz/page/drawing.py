@@ -114,7 +114,7 @@ class Drawing:
         page, state, error = self._page, self._page.state, None
         if state.predicted is not None and shown.flexion is not None:
             error = series.prediction_error(state.predicted, shown.flexion)
-        loo = None if state.surrogate is None else state.surrogate.loo_rms_deg
+        loo = None if state.surrogate is None else state.surrogate.loo_rms
         page.view.error.content = error_line(error, loo)
         _, *worst = (None if knee is None else knee.x for knee in page.knees)
         current = state.x if state.current is None else state.current.x

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import kneecore
 from kneecore import ParameterSpace, Response, SearchResult, Trajectory
+from kneecore.knee.response import RestLength
 
 FloatArray = NDArray[np.float64]
 
@@ -20,9 +21,10 @@ def space(found: Any) -> ParameterSpace:
     return kept
 
 
-def rest_length(found: Any) -> str:
+def rest_length(found: Any) -> RestLength:
     """Return what a result's knees do with their rest lengths: "recomputed" or "fixed"."""
-    return str(found.model.rest_length)
+    kept: RestLength = found.model.rest_length
+    return kept
 
 
 def solver(found: Any) -> str:
@@ -48,9 +50,7 @@ def angles_deg(result: SearchResult) -> FloatArray:
 
 def motion(result: SearchResult, x: FloatArray) -> Trajectory:
     """Return the motion in time of one of a result's knees."""
-    return kneecore.trajectory(
-        x, baseline=space(result).baseline, rest_length=result.model.rest_length
-    )
+    return kneecore.trajectory(x, baseline=space(result).baseline, rest_length=rest_length(result))
 
 
 def same_bounds(a: Any, b: Any) -> bool:

@@ -21,7 +21,7 @@ from e2e.conftest import chromium as chromium  # the same browser as the browser
 from viz.websocket_client import WebSocketClient
 
 import kneecore
-from kneecore import NAMES, ParameterSpace
+from kneecore import NAMES, Knee, ParameterSpace, SamplingSettings, SearchSettings
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 ACL_Y = NAMES.index("acl_femur_y")
@@ -246,10 +246,10 @@ def worst_and_band(data):
 
 
 def live_answer(mm):
-    space = ParameterSpace(geometry_bound_mm=mm)
-    worst = kneecore.worst_case(space, method="exact", solver="equilibrium", threads=1)
-    band = kneecore.monte_carlo(space, n_samples=2000, solver="equilibrium", threads=1).flexion_deg
-    knees = np.degrees([worst.model_1.flexion[5], worst.model_2.flexion[5]])
+    knee = Knee(ParameterSpace(geometry_bound_mm=mm), solver="equilibrium", threads=1)
+    worst = kneecore.worst_case(knee, SearchSettings(method="exact"))
+    band = kneecore.monte_carlo(knee, SamplingSettings(n_samples=2000)).y
+    knees = worst.y[:, 5]
     return np.array([band.percentile_lower[5], band.percentile_upper[5], *knees])
 
 

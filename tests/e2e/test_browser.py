@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from e2e.conftest import Visitor, eventually
+from searches import searched
 
 import kneecore
 from kneecore import NAMES
@@ -248,10 +249,9 @@ def test_the_live_worst_case_follows_a_bound(visitor, app):
     box = visitor.row("Geometry, mm").locator("input:not([type='hidden'])")
     box.fill("0.6")
     visitor.wait_until(lambda: all(a != b for a, b in zip(drawn(), before, strict=True)))
-    wanted = kneecore.worst_case(
-        kneecore.ParameterSpace(geometry_bound_mm=0.6), method="exact", solver="equilibrium"
-    )
-    knees = np.degrees([wanted.model_1.flexion[5], wanted.model_2.flexion[5]])
+    space = kneecore.ParameterSpace(geometry_bound_mm=0.6)
+    wanted = searched(space, method="exact", solver="equilibrium")
+    knees = np.degrees([wanted.responses[n].flexion[5] for n in ("model_1", "model_2")])
     visitor.wait_until(lambda: np.allclose(drawn()[2:4], knees))
     assert visitor.pixels(chart(app)) != picture
     box.fill("1")

@@ -12,6 +12,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from searches import searched
 
 from kneecore import ParameterError, asset_path
 from kneeviz import __main__ as command
@@ -139,7 +140,7 @@ def test_the_files_of_the_options_are_opened(tmp_path):
     knee = tmp_path / "mine.toml"
     text = asset_path("baseline.toml").read_text()
     knee.write_text(text.replace("value = 32.1", "value = 31.0"))
-    result = kneecore.worst_case(pop_size=20, n_generations=3, seed=9)
+    result = searched(pop_size=20, n_generations=3, seed=9)
     result.save(tmp_path / "found", figures=False)
     options = command.Options(
         port=0, baseline=str(knee), result=str(tmp_path / "found"), no_browser=True

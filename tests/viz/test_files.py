@@ -3,9 +3,10 @@ import json
 import zipfile
 
 import pytest
+from searches import searched
 
-import kneecore
 from kneecore import FileFormatError, KneeFile, asset_path
+from kneecore.files.search import curves_csv
 from kneecore.search.result import SearchResult
 from kneeviz.actions import downloads as files
 
@@ -14,7 +15,7 @@ KNEE = asset_path("baseline.toml").read_bytes()
 
 @pytest.fixture(scope="module")
 def result():
-    return kneecore.worst_case(pop_size=20, n_generations=3)
+    return searched(pop_size=20, n_generations=3)
 
 
 def test_a_knee_file_is_read_whatever_its_name():
@@ -52,7 +53,7 @@ def test_an_unknown_schema_of_a_result_is_refused(result):
 
 
 def test_the_curves_are_the_results(result):
-    assert files.result_files(result, "curves.csv").decode() == result.curves_csv()
+    assert files.result_files(result, "curves.csv").decode() == curves_csv(result)
 
 
 def test_the_archive_holds_all_files(result):

@@ -3,8 +3,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from searches import searched
 
-import kneecore
 from kneecore import NAMES, ParameterSpace
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.views import theme
@@ -21,7 +21,7 @@ def text_of(html):
 
 @pytest.fixture(scope="module")
 def result():
-    return kneecore.worst_case(ParameterSpace(), pop_size=60, n_generations=200, seed=1)
+    return searched(pop_size=60, n_generations=200, seed=1)
 
 
 def test_numbers():
@@ -71,10 +71,12 @@ def test_an_objective_that_the_model_denies_is_not_hidden():
 
 def test_differences_are_the_results(result):
     text = text_of(differences(result, theme.LIGHT))
-    one, two = (np.degrees(r.flexion[5]) for r in (result.model_1, result.model_2))
+    one, two = (
+        np.degrees(r.flexion[5]) for r in (result.responses["model_1"], result.responses["model_2"])
+    )
     assert pieces.number(one, 1, "°") in text
     assert pieces.number(two, 1, "°") in text
-    assert pieces.number(result.model_2.tension[5, 1], 0, "N") in text
+    assert pieces.number(result.responses["model_2"].tension[5, 1], 0, "N") in text
     counts = (result.space.at_bounds(result.x[0]) != 0).sum()
     assert f"{counts} of 28" in text
 

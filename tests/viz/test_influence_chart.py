@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from searches import searched
 
 import kneecore
 from kneecore import MOMENT, ParameterSpace
@@ -15,7 +16,7 @@ from kneeviz.views.html.pieces import escape, number
 
 @pytest.fixture(scope="module")
 def found():
-    return kneecore.influence(n_base=128, seed=2)
+    return kneecore.influence(kneecore.Knee(), kneecore.InfluenceSettings(n_base=128, seed=2))
 
 
 @pytest.fixture(scope="module")
@@ -73,20 +74,23 @@ def test_groups_and_interactions_make_a_whole(found):
 
 
 def test_the_worst_cases_slopes_are_sorted_and_signed():
-    result = kneecore.worst_case(pop_size=20, n_generations=10)
+    result = searched(pop_size=20, n_generations=10)
     slopes = kneecore.worst_case_slopes(result)
     svg = influence.slopes(slopes, 5, theme.LIGHT)
     names = [escape(parameter_label(n)) for n in slopes.names]
     tops = places(svg, names)
-    order = np.argsort(-np.abs(slopes.slopes_deg[:, 5]).sum(axis=0), kind="stable")
+    order = np.argsort(-np.abs(slopes.slopes[:, 5]).sum(axis=0), kind="stable")
     assert sorted(names, key=tops.__getitem__) == [names[k] for k in order]
-    value = number(float(slopes.slopes_deg[0, 5, order[0]]), 2, "°")
+    value = number(float(slopes.slopes[0, 5, order[0]]), 2, "°")
     assert f"<title>{names[order[0]]}: model 1 {value}" in svg
 
 
 def test_an_angle_that_does_not_vary_is_told():
     names = dict.fromkeys(kneecore.NAMES, 0.0) | {"mcl_tibia_y": 1e-6}
-    found = kneecore.influence(ParameterSpace(half_ranges=names), n_base=16, intervals=False)
+    found = kneecore.influence(
+        kneecore.Knee(ParameterSpace(half_ranges=names)),
+        kneecore.InfluenceSettings(n_base=16, intervals=False),
+    )
     assert found.indices.constant[5]
     assert "does not vary" in influence.bars(found, 5, theme.LIGHT)
     assert "does not vary" in influence.heat_map(found, 5, theme.LIGHT)

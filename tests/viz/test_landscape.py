@@ -28,18 +28,20 @@ def space():
 
 @pytest.fixture(scope="module")
 def surrogate(space):
-    return kneecore.fit_surrogate(space)
+    return kneecore.fit_surrogate(kneecore.Knee(space))
 
 
 @pytest.fixture(scope="module")
 def found(space, surrogate):
-    return kneecore.landscape(space.baseline, (FIRST, SECOND), surrogate=surrogate, n_points=5)
+    return kneecore.landscape(
+        kneecore.Knee(space), (FIRST, SECOND), surrogate=surrogate, n_points=5
+    )
 
 
 @pytest.fixture(scope="module")
 def shown(found, surrogate, space):
     own = np.degrees(kneecore.simulate(space.baseline).flexion)
-    said = np.degrees(surrogate.predict(space.baseline))
+    said = surrogate.predict(space.baseline)
     corner = np.array(space.upper)
     worst = [(corner, own + 30.0), (np.array(space.lower), own - 40.0)]
     return picture(found, LOAD, own_deg=own, predicted_deg=said, surrogate=surrogate, worst=worst)
@@ -100,7 +102,7 @@ class TestSheets:
         assert faces.shape == (2 * 4 * 4, 3)
         for a, b in ((0, 0), (4, 0), (1, 3)):
             point = vertices.reshape(5, 5, 3)[a, b]
-            assert height_of(box, point) == pytest.approx(found.model_deg[a, b, 5])
+            assert height_of(box, point) == pytest.approx(found.y[a, b, 5])
             assert point[0] == pytest.approx(CENTRE[0] + SIDE * (a / 4 - 0.5))
             assert point[2] == pytest.approx(-SIDE * (b / 4 - 0.5))
 
@@ -134,8 +136,8 @@ class TestSheets:
 class TestMarks:
     def test_the_visitors_knee_lies_on_the_true_models_sheet(self, shown, found):
         assert shown.own.place == (0.5, 0.5)
-        assert shown.own.value == pytest.approx(found.model_deg[2, 2, 5])
-        assert shown.predicted.value == pytest.approx(found.surrogate_deg[2, 2, 5])
+        assert shown.own.value == pytest.approx(found.y[2, 2, 5])
+        assert shown.predicted.value == pytest.approx(found.y_surrogate[2, 2, 5])
 
     def test_the_worst_cases_stand_at_their_own_values(self, shown):
         one, two = shown.worst
@@ -156,9 +158,7 @@ class TestMarks:
     def test_training_knees_stand_at_their_own_angles(self, shown, surrogate, space):
         places = space.to_unit(surrogate.training_x)[:, AT]
         np.testing.assert_allclose(shown.training[:, :2], places)
-        np.testing.assert_allclose(
-            shown.training[:, 2], np.degrees(surrogate.training_flexion[:, 5])
-        )
+        np.testing.assert_allclose(shown.training[:, 2], surrogate.training_y[:, 5])
 
     def test_beads_are_balls_around_their_points(self):
         ball = (np.array([[0.0, 0, 1], [0, 1, 0], [1, 0, 0]]), np.array([[0, 1, 2]]))
@@ -178,7 +178,7 @@ class TestMarks:
 
 class TestWords:
     def test_the_error_is_that_of_the_sheets(self, found):
-        gap = np.abs(found.surrogate_deg - found.model_deg)[..., 5]
+        gap = np.abs(found.y_surrogate - found.y)[..., 5]
         words = error_words(found, LOAD)
         assert f"{gap.mean():.2f}°" in words
         assert f"{gap.max():.2f}°" in words
@@ -195,9 +195,9 @@ class TestWords:
         assert "beyond" in close
 
     def test_failures_are_counted_and_a_missing_surrogate_told(self, found, shown):
-        broken = found.model_deg.copy()
+        broken = found.y.copy()
         broken[0, 0] = np.nan
-        bare = replace(found, model_deg=broken, surrogate_deg=None)
+        bare = replace(found, y=broken, y_surrogate=None)
         key = landscape_key(bare, shown, LOAD, theme.LIGHT, zoom=False)
         assert "1 failed" in key
         assert "no surrogate" in key

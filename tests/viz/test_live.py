@@ -5,14 +5,26 @@ import time
 
 import numpy as np
 import pytest
+from searches import searched
 from viz.conftest import eventually
 from viz.visits import curve, press, widget
 from viz.websocket_client import WebSocketClient
 
 import kneecore
-from kneecore import MOMENT, NAMES, Cancelled, ModelError, ParameterSpace, monte_carlo, worst_case
+from kneecore import (
+    MOMENT,
+    NAMES,
+    Cancelled,
+    Knee,
+    ModelError,
+    ParameterSpace,
+    SamplingSettings,
+    SearchSettings,
+    command_line,
+    monte_carlo,
+)
 from kneeviz.jobs import live_search
-from kneeviz.jobs.live_worst_case import N_SAMPLES, LiveSettings, find
+from kneeviz.jobs.live_worst_case import N_SAMPLES, LiveRequest, find
 from kneeviz.server.app import App
 from kneeviz.state.bounds import Bounds, with_bound
 from kneeviz.state.knee import KneeState
@@ -22,12 +34,16 @@ ACL_Y = NAMES.index("acl_femur_y")
 
 
 def headless(space, **options):
-    return worst_case(space, method="exact", solver="equilibrium", threads=2, **options)
+    return searched(space, method="exact", solver="equilibrium", threads=2, **options)
+
+
+def sampled_at_rest(space):
+    return monte_carlo(Knee(space, solver="equilibrium"), SamplingSettings(n_samples=N_SAMPLES))
 
 
 def settings(space=None):
-    return LiveSettings(
-        space=space or ParameterSpace(), rest_length="recomputed", objective="all", seed=0
+    return LiveRequest(
+        knee=Knee(space, solver="equilibrium", threads=1), search=SearchSettings(method="exact")
     )
 
 
@@ -57,8 +73,8 @@ def eventually_found(page, space):
     eventually(
         lambda: (
             page.state.result is not None
-            and np.array_equal(page.state.result.space.lower, space.lower)
-            and np.array_equal(page.state.result.space.upper, space.upper)
+            and np.array_equal(page.state.result.model.space.lower, space.lower)
+            and np.array_equal(page.state.result.model.space.upper, space.upper)
         )
     )
 
@@ -68,8 +84,8 @@ class TestFind:
         space = ParameterSpace(geometry_bound_mm=0.7, case="geometry")
         answer = find(settings(space), lambda: False)
         assert answer.result.x.tobytes() == headless(space).x.tobytes()
-        sampled = monte_carlo(space, n_samples=N_SAMPLES, solver="equilibrium")
-        spread = sampled.flexion_deg
+        sampled = sampled_at_rest(space)
+        spread = sampled.y
         assert live_band(answer.sampled).lower_deg.tobytes() == spread.percentile_lower.tobytes()
         assert live_band(answer.sampled).upper_deg.tobytes() == spread.percentile_upper.tobytes()
 
@@ -174,13 +190,13 @@ class TestLive:
         eventually_found(live, space)
         wanted = headless(space)
         assert live.state.result.x.tobytes() == wanted.x.tobytes()
-        spread = monte_carlo(space, n_samples=N_SAMPLES, solver="equilibrium").flexion_deg
+        spread = sampled_at_rest(space).y
 
         def drawn(client):
             data = curve(client, live)
             shown = [np.interp(MOMENT, data[0][1:-1], data[i][1:-1]) for i in (3, 4, -5, -4)]
             right = [spread.percentile_lower, spread.percentile_upper]
-            right += [np.degrees(m.flexion) for m in (wanted.model_1, wanted.model_2)]
+            right += [np.degrees(wanted.responses[n].flexion) for n in ("model_1", "model_2")]
             return np.allclose(shown, right, atol=1e-9)
 
         visitor.wait(drawn)
@@ -199,7 +215,7 @@ class TestLive:
         space = ParameterSpace(centre=centre)
         eventually_found(live, space)
         assert live.state.result.x.tobytes() == headless(space).x.tobytes()
-        assert "--around current" in live.state.result.command()
+        assert "--around current" in command_line(live.state.result)
         table = widget(live.view.search.table)
         visitor.wait(lambda c: "--around current" in c.props[table]["content"])
 
@@ -221,7 +237,7 @@ class TestLive:
         slider = widget(live.view.knee.sliders[0])
         visitor.wait(lambda c: c.props[slider]["max"] == pytest.approx(-13.5))
         eventually(lambda: live.state.surrogate not in (None, old))
-        assert live.state.surrogate.space is live.state.space
+        assert live.state.surrogate.model.space is live.state.space
 
     def test_the_loads_that_count_are_followed_too(self, live, visitor):
         visitor.set(widget(live.view.search.options.handles["objective"]), "extension")
@@ -254,7 +270,7 @@ class TestLive:
 
     def test_off_greys_what_was_around_another_knee(self, live, visitor):
         visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.3)
-        eventually(lambda: not live.state.result.space.is_around_baseline)
+        eventually(lambda: not live.state.result.model.space.is_around_baseline)
         visitor.set(widget(live.view.search.live), False)
         found = widget(live.view.search.found)
         visitor.set(widget(live.view.knee.sliders[ACL_Y]), 0.1)
@@ -336,13 +352,13 @@ class TestMethods:
         press(visitor, getattr(tab, where))
         eventually(lambda: page.search.job is None and page.state.result is not None)
         result = page.state.result
-        wanted = worst_case(method="exact", search_space=where, solver="equilibrium")
+        wanted = searched(method="exact", search_space=where, solver="equilibrium")
         assert result.x.tobytes() == wanted.x.tobytes()
         found = widget(tab.found)
         climbs = f"of {wanted.evidence.n_climbs} climbs"
         visitor.wait(lambda c: climbs in c.props[found]["content"])
         command = visitor.props[widget(tab.table)]["content"]
-        assert "--method exact --solver equilibrium" in command
+        assert "--solver equilibrium --method exact" in command
         assert ("--space surrogate" in command) == (where == "surrogate")
         visitor.set(widget(tab.options.handles["method"]), "Genetic")
         visitor.wait(lambda c: not c.props[widget(tab.options.handles["pop_size"])]["disabled"])
@@ -360,7 +376,7 @@ class TestMethods:
         page.state.result = None
         press(visitor, tab.surrogate)
         eventually(lambda: page.search.job is None and page.state.result is not None)
-        wanted = worst_case(method="exact", repair=True)
+        wanted = searched(method="exact", repair=True)
         assert page.state.result.x.tobytes() == wanted.x.tobytes()
         told = f"Repaired with {wanted.repair.n_models} more models"
         visitor.wait(lambda c: told in c.props[widget(tab.found)]["content"])

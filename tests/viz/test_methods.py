@@ -1,22 +1,26 @@
 """The methods' convergence plot: its drawing, and the button over a WebSocket."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from viz.conftest import eventually
 from viz.visits import press, widget
 
-from kneecore import ParameterSpace
-from kneecore.search.compare import MethodTrace, compare_methods
-from kneeviz.jobs import computations
+import kneecore
+from kneecore import Knee, compare_methods
 from kneeviz.views import theme
 from kneeviz.views.html import methods
 
 
 @pytest.fixture(scope="module")
 def found():
-    return compare_methods(ParameterSpace(), solver="equilibrium", threads=1)
+    return compare_methods(Knee(solver="equilibrium", threads=1))
+
+
+def by_name(traces):
+    return {trace.method: trace for trace in traces}
 
 
 def dots(svg):
@@ -47,27 +51,25 @@ def test_the_axes_hold_every_point_and_name_their_units(found):
 
 def test_the_table_never_has_the_surrogates_f_without_the_truth(found):
     table = methods.table(found, theme.LIGHT)
-    surrogate = found["ga_surrogate"].result
-    assert f"{surrogate.objective_surrogate:.1f}" not in table
-    assert f"{surrogate.objective_model:.1f}" in table
+    surrogate = by_name(found)["ga_surrogate"]
+    assert f"{surrogate.promised:.1f}" not in table
+    assert f"{surrogate.objective[-1]:.1f}" in table
     told = methods.promises(found)
-    assert f"{surrogate.objective_surrogate:.1f}" in told
-    assert f"{surrogate.objective_model:.1f}" in told
+    assert f"{surrogate.promised:.1f}" in told
+    assert f"{surrogate.objective[-1]:.1f}" in told
 
 
 def test_a_method_without_an_answer_has_a_dash_and_no_line(found):
-    nothing = MethodTrace(
-        n_models=np.empty(0), objective=np.empty(0), result=found["ga_surrogate"].result
-    )
-    broken = {**found, "ga_surrogate": nothing}
+    nothing = replace(by_name(found)["ga_surrogate"], n_models=(), objective=())
+    broken = [nothing, *(t for t in found if t.method != "ga_surrogate")]
     assert theme.LIGHT.surrogate not in dots(methods.plot(broken, theme.LIGHT))
     assert "\u2013" in methods.table(broken, theme.LIGHT)
     assert "Genetic, surrogate" not in methods.promises(broken)
-    assert methods.plot({"ga_surrogate": nothing}, theme.LIGHT) == ""
+    assert methods.plot([nothing], theme.LIGHT) == ""
 
 
 def test_a_single_f_has_an_axis_too(found):
-    svg = methods.plot({"ga_surrogate": found["ga_surrogate"]}, theme.LIGHT)
+    svg = methods.plot([by_name(found)["ga_surrogate"]], theme.LIGHT)
     (x, y), *_ = dots(svg).values()
     assert np.isfinite([x, y]).all()
 
@@ -79,7 +81,9 @@ def test_the_button_compares_and_greys_with_the_bounds(page, visitor, found):
     eventually(lambda: page.view.search.solver.value == "At rest")
     press(visitor, tab.run)
     visitor.wait(lambda c: "exact gradients" in (c.props[content].get("content") or ""))
-    assert page.methods.found["exact"].objective[-1] == found["exact"].objective[-1]
+    assert (
+        by_name(page.methods.found.methods)["exact"].objective == by_name(found)["exact"].objective
+    )
     visitor.set(widget(page.view.knee.bounds["geometry_mm"]), 0.9)
     visitor.wait(lambda c: "Bounds changed" in c.props[content]["content"])
     visitor.set(widget(page.view.knee.bounds["geometry_mm"]), 1.0)
@@ -95,7 +99,7 @@ def test_a_comparison_is_cancelled(page, visitor, monkeypatch):
         while not callback(Progress(stage="search", done=1, total=4)):
             pass
 
-    monkeypatch.setattr(computations, "compare_methods", endless)
+    monkeypatch.setattr(kneecore, "compare_methods", endless)
     eventually(lambda: page.exact_ready)
     before = page.methods.found
     tab = page.view.methods

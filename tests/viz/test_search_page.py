@@ -6,12 +6,14 @@ import time
 
 import numpy as np
 import pytest
+from searches import searched
 from viz.conftest import eventually
 from viz.visits import pause, press, search_anew, wait_for_result, widget
 from viz.websocket_client import WebSocketClient
 
 import kneecore
 from kneecore import NAMES, asset_path
+from kneecore.files.search import curves_csv
 from kneeviz import viser_internals
 from kneeviz.jobs.messages import Asked
 from kneeviz.state.presets import WORST
@@ -24,7 +26,7 @@ class TestSearch:
     def test_a_surrogate_search_to_its_end(self, page, visitor):
         search_anew(page, visitor)
         result = page.state.result
-        np.testing.assert_array_equal(result.x, kneecore.worst_case(threads=1).x)
+        np.testing.assert_array_equal(result.x, searched(threads=1).x)
         found = widget(page.view.search.found)
         visitor.wait(lambda c: "true model" in c.props[found]["content"])
         assert "surrogate" in visitor.props[found]["content"]
@@ -148,12 +150,12 @@ class TestFiles:
 
         loaded = SearchResult.load(path)
         np.testing.assert_array_equal(loaded.x, page.state.result.x)
-        assert visitor.downloads["curves.csv"].decode() == loaded.curves_csv()
+        assert visitor.downloads["curves.csv"].decode() == curves_csv(loaded)
 
     def test_the_app_reads_what_the_command_line_writes(self, page, visitor):
-        result = kneecore.worst_case(pop_size=20, n_generations=4, seed=5)
+        result = searched(pop_size=20, n_generations=4, seed=5)
         self.upload(visitor, page, "result.json", result.to_json().encode())
-        eventually(lambda: page.state.result is not None and page.state.result.seed == 5)
+        eventually(lambda: page.state.result is not None and page.state.result.settings.seed == 5)
         np.testing.assert_array_equal(page.state.result.x, result.x)
 
     @pytest.mark.parametrize(

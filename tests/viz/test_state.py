@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from searches import searched
 
 import kneecore
 from kneecore import NAMES, ParameterError, packaged_knee, parameter_table
@@ -89,7 +90,7 @@ class TestKnees:
 
 @pytest.fixture(scope="module")
 def result():
-    return kneecore.worst_case(pop_size=20, n_generations=5)
+    return searched(pop_size=20, n_generations=5)
 
 
 class TestResult:

@@ -24,8 +24,8 @@ def sampling(found: MonteCarloResult, *, stale: bool) -> str:
     head = ("Angle, deg", "mean", "sd", "0.15 %", "99.85 %")
     note = (
         f"{found.n_samples:,} knees, {found.settings.sampling}, seed {results.seed(found)}: "
-        f"<b>{found.n_failed:,} failed</b> (left out), {found.counts['unsettled']:,} not at rest at some "
-        "load (kept)."
+        f"<b>{found.n_failed:,} failed</b> (left out), {found.counts['unsettled']:,} not at rest "
+        "at some load (kept)."
     )
     return box(
         (STALE if stale else "") + table(head, rows) + faint(note),

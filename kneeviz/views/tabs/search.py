@@ -20,15 +20,14 @@ NOT_HERE = {
     "options": "the genetic algorithm's constants, for the command line",
 }
 """Options of the search without a widget, and why."""
+LOADS = ("all", "extension", "flexion")
 LOOKS = {
     "method": Look(label="Method", words={"ga": "Genetic", "exact": "Exact gradients"}),
     "thorough": Look(label="Thorough"),
     "repair": Look(label="Repair"),
     "pop_size": Look(label="Population", low=10, high=2000, step=10),
     "n_generations": Look(label="Generations", low=1, high=5000, step=10),
-    "objective": Look(
-        label="Loads", words={name: name for name in ("all", "extension", "flexion")}
-    ),
+    "objective": Look(label="Loads", words={name: name for name in LOADS}),
     "seed": Look(label="Seed", low=0, high=2**31 - 1),
 }
 _GENETIC = ("pop_size", "n_generations")
