@@ -149,7 +149,7 @@ def test_the_files_of_the_options_are_opened(tmp_path):
     try:
         radius = kneecore.NAMES.index("condyle_radius")
         assert app.page.state.x[radius] == pytest.approx(31.0e-3)
-        assert app.page.state.result.seed == 9
+        assert app.page.state.result.settings.seed == 9
         assert not app.page.view.files.result["result.json"].disabled
     finally:
         app.stop()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from searches import searched
 
-from kneecore import NAMES, ParameterSpace
+from kneecore import NAMES, Knee, ParameterSpace
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.views import theme
 from kneeviz.views.html import labels, pieces, readout
@@ -64,7 +64,7 @@ def test_a_surrogates_objective_comes_with_the_true_models(result):
 
 def test_an_objective_that_the_model_denies_is_not_hidden():
     failed = SimpleNamespace(
-        objective_surrogate=400.0, objective_model=None, solver="dynamics", gap_percent=None
+        objective_surrogate=400.0, objective_model=None, gap_percent=None, model=Knee()
     )
     assert "not known" in objective_line(failed)
 
@@ -77,13 +77,13 @@ def test_differences_are_the_results(result):
     assert pieces.number(one, 1, "°") in text
     assert pieces.number(two, 1, "°") in text
     assert pieces.number(result.responses["model_2"].tension[5, 1], 0, "N") in text
-    counts = (result.space.at_bounds(result.x[0]) != 0).sum()
+    counts = (result.model.space.at_bounds(result.x[0]) != 0).sum()
     assert f"{counts} of 28" in text
 
 
 def test_opposite_bounds_are_named(result):
     text = bound_names(result)
-    sides = np.stack([result.space.at_bounds(x) for x in result.x]).astype(int)
+    sides = np.stack([result.model.space.at_bounds(x) for x in result.x]).astype(int)
     opposite = [NAMES[i] for i in np.flatnonzero(sides[0] * sides[1] < 0)]
     assert f"({len(opposite)})" in text
     assert labels.parameter_label(opposite[0]) in text

@@ -7,7 +7,7 @@ import pytest
 
 import kneecore
 from kneecore import NAMES, ParameterSpace
-from kneecore.study.landscape import DEFICIT
+from kneecore.knee.readings import DEFICIT
 from kneeviz.geometry import surfaces
 from kneeviz.geometry.picture import Mark, picture
 from kneeviz.geometry.surfaces import CENTRE, HEIGHT, SIDE, Box

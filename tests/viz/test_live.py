@@ -91,8 +91,8 @@ class TestFind:
 
     def test_knees_that_are_not_in_the_band_are_told(self):
         answer = find(settings(ParameterSpace(geometry_bound_mm=3.0)), lambda: False)
-        assert answer.sampled.n_lost > 0
-        assert f"{answer.sampled.n_lost} without an equilibrium" in live_band(answer.sampled).text
+        assert answer.sampled.n_failed > 0
+        assert f"{answer.sampled.n_failed} without an equilibrium" in live_band(answer.sampled).text
 
     def test_it_can_be_stopped(self):
         asked = []
@@ -241,11 +241,11 @@ class TestLive:
 
     def test_the_loads_that_count_are_followed_too(self, live, visitor):
         visitor.set(widget(live.view.search.options.handles["objective"]), "extension")
-        eventually(lambda: live.state.result.objective == "extension")
+        eventually(lambda: live.state.result.settings.objective == "extension")
         wanted = headless(ParameterSpace(), objective="extension")
         assert live.state.result.x.tobytes() == wanted.x.tobytes()
         visitor.set(widget(live.view.search.options.handles["objective"]), "all")
-        eventually(lambda: live.state.result.objective == "all")
+        eventually(lambda: live.state.result.settings.objective == "all")
 
     def test_wide_bounds_say_so_and_give_way(self, live, visitor):
         note = widget(live.view.search.live_note)
@@ -303,7 +303,9 @@ class TestLive:
     def test_a_search_ends_it(self, live, visitor):
         press(visitor, live.view.search.surrogate)
         eventually(
-            lambda: live.search.job is None and live.state.result.search_space == "surrogate"
+            lambda: (
+                live.search.job is None and live.state.result.settings.search_space == "surrogate"
+            )
         )
         assert not live.live.on
         visitor.wait(lambda c: c.values[widget(live.view.search.live)] is False)
@@ -382,6 +384,6 @@ class TestMethods:
         visitor.wait(lambda c: told in c.props[widget(tab.found)]["content"])
         assert "--repair" in visitor.props[widget(tab.table)]["content"]
         press(visitor, tab.model)  # the true model has no surrogate to be repaired
-        eventually(lambda: page.state.result.search_space == "model")
+        eventually(lambda: page.state.result.settings.search_space == "model")
         visitor.set(widget(tab.options.handles["repair"]), False)
         eventually(lambda: not tab.options.handles["repair"].value)

@@ -14,6 +14,7 @@ from viz.websocket_client import CAMERA, WebSocketClient
 
 import kneecore
 from kneecore import NAMES
+from kneecore.files.influence import to_csv
 from kneeviz.actions.landscape import picture_of
 from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
@@ -88,7 +89,7 @@ class TestSampling:
         visitor.wait(lambda c: "500 knees" in text(c, study.sampled))
         shown = text(visitor, study.sampled)
         assert "0 failed" in shown
-        assert f"{found.n_unsettled:,} not at rest" in shown
+        assert f"{found.counts['unsettled']:,} not at rest" in shown
         assert f"{found.y.sd[5]:.1f}" in shown
         legend = widget(page.view.curve_legend)
         visitor.wait(lambda c: "500 samples" in c.props[legend]["content"])
@@ -171,7 +172,7 @@ class TestInfluence:
     def test_bars_for_the_chosen_load(self, page, visitor, study, found):
         tab = page.view.influence
         first, second = (
-            found.deciding(moment, 1)[0].replace("_", " ").capitalize() for moment in (5.0, -0.1)
+            found.deciding(column, 1)[0].replace("_", " ").capitalize() for column in (5, 6)
         )
         bar = re.compile(r"<title>([^:]+): total")
         visitor.wait(lambda c: bar.search(text(c, tab.content)))
@@ -207,7 +208,7 @@ class TestInfluence:
         assert document["influence"]["n_base"] == 256
         assert document["comparison"] is None
         assert json.loads(files["influence.json"]) == found.to_dict()
-        assert files["influence.csv"].decode() == found.to_csv()
+        assert files["influence.csv"].decode() == to_csv(found)
 
     def test_a_worst_case_found_later_has_no_place_among_the_samples(self, page, visitor, study):
         """Its shares were counted for no worst case; nothing may be made up."""
@@ -328,7 +329,9 @@ class TestLandscape:
         eventually(lambda: page.landscape.height == "-2 N m")
         found = page.landscape.found[1]
         visitor.wait(
-            lambda c: np.allclose(self.heights(page, c), found.reading("-2 N m"), atol=1e-3)
+            lambda c: np.allclose(
+                self.heights(page, c), kneecore.reading(found.y, "-2 N m"), atol=1e-3
+            )
         )
         one, two = page.landscape.names
         visitor.set(widget(study.axes[0]), with_unit(two))
@@ -352,7 +355,7 @@ class TestLandscape:
         self.show(page, visitor, study)
         visitor.set(widget(page.view.knee.case), "material")
         visitor.wait(lambda c: len(c.props[widget(study.axes[0])].get("options", ())) == 6)
-        eventually(lambda: page.landscape.found[1].space is page.state.space)
+        eventually(lambda: page.landscape.found[1].model.space is page.state.space)
         visitor.set(widget(page.view.knee.case), "both")
         visitor.wait(lambda c: len(c.props[widget(study.axes[0])].get("options", ())) == 28)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import MOMENT
+from kneecore import MOMENT, InfluenceResult, WorstCaseSlopes
 from kneecore.knee.parameters import STRUCTURE
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
@@ -49,7 +49,7 @@ def _scale_end(values: FloatArray) -> float:
     return max(0.1, 0.1 * float(np.ceil(10.0 * finite.max() - 1e-9))) if len(finite) else 1.0
 
 
-def bars(found: Any, load: int, colours: theme.Palette) -> str:
+def bars(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
     """Return the total indices at a load (index), sorted, with 95 % intervals where known.
 
     The solid part of a bar is what the parameter explains alone.
@@ -121,7 +121,7 @@ def _bar_axis(at: Any, end: float, top: float, bottom: float) -> str:
     return "".join(parts) + _text(_WIDTH, bottom + 25.0, title, anchor="end")
 
 
-def heat_map(found: Any, load: int, colours: theme.Palette) -> str:
+def heat_map(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
     """Return the total indices of all parameters at all loads; the chosen load is framed."""
     total = found.indices.total_order
     end = _scale_end(total)
@@ -161,7 +161,7 @@ def _cell(
     return f"<g>{body}</g>"
 
 
-def groups(found: Any, load: int, colours: theme.Palette) -> str:
+def groups(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
     """Return one strip of what each group explains alone, and what is left for interactions."""
     sums = {name: float(np.nan_to_num(values[load])) for name, values in found.groups.items()}
     sums = {name: max(value, 0.0) for name, value in sums.items()}
@@ -196,7 +196,7 @@ def _group_key(name: str, value: float, colours: theme.Palette) -> str:
     )
 
 
-def caption(found: Any, *, bars: bool) -> str:
+def caption(found: InfluenceResult, *, bars: bool) -> str:
     """Return what the chart shows and what it is made of."""
     used = found.indices
     failed = f", {used.n_failed_rows:,} rows replaced since a model failed" * bool(
@@ -207,12 +207,12 @@ def caption(found: Any, *, bars: bool) -> str:
         if bars
         else "Total indices in %; the frame is the chosen load."
     )
-    return f"{what} {used.n_evaluations:,} models, seed {found.seed}{failed}."
+    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}."
 
 
-def slopes(found: Any, load: int, colours: theme.Palette) -> str:
+def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:
     """Return what one half-range more of each parameter does to both worst cases at a load."""
-    values = found.slopes_deg[:, load]
+    values = found.slopes[:, load]
     order = np.argsort(-np.abs(values).sum(axis=0), kind="stable")
     end = max(float(np.abs(values).max()), 1e-9)
     left, top = _LABELS + 4.0, 18.0

@@ -1,8 +1,6 @@
 """What the tab "Influence" says: a sentence and a chart, or what to do to get them."""
 
-from typing import Any
-
-from kneecore import InfluenceResult
+from kneecore import InfluenceResult, WorstCaseSlopes
 from kneecore.report.influence import answer
 from kneeviz.state.study import BARS
 from kneeviz.views import theme
@@ -39,7 +37,7 @@ def no_slopes() -> str:
     return box("What separates the two worst cases? Search for them first (tab “Search”).")
 
 
-def slopes(found: Any, load: int, colours: theme.Palette, *, stale: bool) -> str:
+def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette, *, stale: bool) -> str:
     """Return the slopes at the worst case, as bars."""
     return box(
         (STALE if stale else "") + influence.slopes(found, load, colours),
