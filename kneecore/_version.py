@@ -4,7 +4,7 @@ import platform
 from functools import cache
 from importlib.metadata import version
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 @cache

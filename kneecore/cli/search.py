@@ -1,7 +1,6 @@
 """`python -m kneecore.search`: find the two most different knees from a terminal."""
 
 import contextlib
-import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -95,7 +94,7 @@ def _tell_interrupted(options: _Options, result: "SearchResult", n_files: int) -
     when = f"after {result.counts['pairs_evaluated']:,} pairs"
     if result.stop_reason != "cancelled":
         when = "after the search"
-    print(f"{COMMAND}: interrupted {when}; {kept}", file=sys.stderr)
+    run.say(COMMAND, f"interrupted {when}; {kept}")
     return run.INTERRUPTED
 
 
@@ -113,11 +112,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if interrupted:
             return _tell_interrupted(options, result, n_files)
         if n_files and not options.quiet:
-            print(f"{COMMAND}: {n_files} files written to {options.out}", file=sys.stderr)
+            run.say(COMMAND, f"{n_files} files written to {options.out}")
     except KneecoreError as error:
         return run.fail(COMMAND, error, options, flag_names(SearchSettings) | {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
         kept = f"{n_files} files are in {options.out}" if n_files else "nothing was saved"
-        print(f"{COMMAND}: interrupted; {kept}", file=sys.stderr)
+        run.say(COMMAND, f"interrupted; {kept}")
         return run.INTERRUPTED
     return run.DONE if result.objective_model is not None else run.NO_ANSWER

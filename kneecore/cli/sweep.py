@@ -1,6 +1,5 @@
 """`python -m kneecore.sweep`: what training runs and accuracy buy, from a terminal."""
 
-import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -156,10 +155,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KneecoreError as error:
         return run.fail(COMMAND, error, options, _names(options))
     except KeyboardInterrupt:
-        print(f"{COMMAND}: interrupted while writing; nothing was saved", file=sys.stderr)
+        run.say(COMMAND, "interrupted while writing; nothing was saved")
         return run.INTERRUPTED
     if interrupted:
         kept = f"what was done is in {options.out}" if options.out and done else "nothing kept"
-        print(f"{COMMAND}: interrupted; {kept}", file=sys.stderr)
+        run.say(COMMAND, f"interrupted; {kept}")
         return run.INTERRUPTED
     return run.DONE

@@ -1,6 +1,5 @@
 """`python -m kneecore.uncertainty`: sampling and influence from a terminal."""
 
-import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -129,11 +128,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         names = flag_names(SamplingSettings, InfluenceSettings) | {"folder": "--out"}
         return run.fail(COMMAND, error, options, names)
     except KeyboardInterrupt:
-        print(f"{COMMAND}: interrupted while writing; nothing was saved", file=sys.stderr)
+        run.say(COMMAND, "interrupted while writing; nothing was saved")
         return run.INTERRUPTED
     if interrupted:
         kept = "nothing was saved" if options.out is None else f"it is in {options.out}"
         told = f"interrupted after {study.sampled.n_samples:,} samples; {kept}"
-        print(f"{COMMAND}: {told}", file=sys.stderr)
+        run.say(COMMAND, f"{told}")
         return run.INTERRUPTED
     return run.DONE

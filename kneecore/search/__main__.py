@@ -1,9 +1,6 @@
-"""``python -m kneecore.search``: the two most different models within bounds.
+"""``python -m kneecore.search``: the two most different models within bounds."""
 
-The command line is above this room, and is found by its name.
-"""
-
-from importlib import import_module
+from kneecore._command import run_command
 
 if __name__ == "__main__":
-    raise SystemExit(import_module("kneecore.cli.search").main())
+    raise SystemExit(run_command("search"))
