@@ -1,12 +1,11 @@
 """Worst cases over bounds of several sizes."""
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kneecore.figures.columns import column_label, size_label
 from kneecore.figures.needed_accuracy import mark_answer
-from kneecore.figures.style import COLOURS, STYLE, axis_label
+from kneecore.figures.style import COLOURS, axis_label, styled
 from kneecore.knee.model import Knee
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.needed_accuracy import NeededAccuracy
@@ -22,7 +21,7 @@ def draw(sweep: BoundSweep) -> dict[str, Figure]:
 def bound_figure(sweep: BoundSweep, need: NeededAccuracy | None = None) -> Figure:
     """Return f and the watched output against the bounds' size, with a needed accuracy."""
     knee = isinstance(sweep.model, Knee)
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         left, right = figure.subplots(1, 2)
         left.plot(sweep.size, sweep.objective, "o-", color="0.2", markersize=4)

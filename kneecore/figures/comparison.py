@@ -1,11 +1,10 @@
 """How far a worst case lies outside of the sampled band, output by output."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from kneecore.figures.columns import name_columns
-from kneecore.figures.style import COLOURS, LABELS, STYLE
+from kneecore.figures.style import COLOURS, LABELS, styled
 from kneecore.knee.model import Knee
 from kneecore.search.result import MODELS
 from kneecore.study.comparison import Comparison
@@ -18,7 +17,7 @@ def draw(found: Comparison) -> dict[str, Figure]:
     model = found.model
     order = list(model.order)
     at = np.arange(len(order))
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(
             figsize=(min(9.0, max(5.0, 0.55 * len(order) + 1.5)), 3.8), layout="constrained"
         )

@@ -1,17 +1,16 @@
 """Figures of how good a result is: the repair of a surrogate, and all methods' ways to theirs."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from kneecore.figures.style import STYLE, axis_label
+from kneecore.figures.style import axis_label, styled
 from kneecore.model import Model
 from kneecore.search.result import METHOD_NAMES, Repair, SearchResult
 
 
 def repair_figure(repair: Repair, model: Model) -> Figure:
     """Return how f by the surrogate and by the true model came together."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(6.0, 5.0), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         n_models = [r.n_models for r in repair.rounds]
@@ -59,7 +58,7 @@ _METHODS = {  # colour and the mark at a line's end
 
 def convergence_figure(result: SearchResult) -> Figure:
     """Return each method's best f in the true model against the true models that it ran."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(7.2, 4.4), layout="constrained")
         axes = figure.add_subplot()
         for trace in result.methods:

@@ -1,12 +1,11 @@
 """What decides the outputs: the largest indices as bars, all of them as a map."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kneecore.figures.columns import name_columns
-from kneecore.figures.style import STYLE
+from kneecore.figures.style import styled
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.study.influence import InfluenceResult
@@ -22,7 +21,7 @@ def draw(found: InfluenceResult) -> dict[str, Figure]:
 def bars_figure(found: InfluenceResult, count: int = 10) -> Figure:
     """Return sorted total indices, with intervals, of the outputs that are shown alone."""
     columns = found.told_alone
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(0.6 + 3.5 * len(columns), 3.8), layout="constrained")
         grid = np.atleast_1d(figure.subplots(1, len(columns), sharex=True))
         for axes, column in zip(grid, columns, strict=True):
@@ -57,7 +56,7 @@ def map_figure(found: InfluenceResult) -> Figure:
     model = found.model
     knee = isinstance(model, Knee)
     moments = [f"{model.columns[k].at:+g}" for k in model.order] if knee else None
-    with mpl.rc_context(STYLE):
+    with styled():
         height = 6.4 if knee else max(3.0, 0.22 * len(found.names) + 1.6)
         figure = Figure(figsize=(6.4, height), layout="constrained")
         axes = figure.add_subplot()

@@ -1,12 +1,11 @@
 """A slice of a model as maps: the true model, the surrogate, and their difference."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from kneecore.figures.style import STYLE, axis_label
+from kneecore.figures.style import axis_label, styled
 from kneecore.study.landscape import Landscape
 
 __all__ = ["draw", "slice_figure"]
@@ -31,7 +30,7 @@ def slice_figure(found: Landscape, column: int | None = None) -> Figure:
     both = np.stack(list(sheets.values())[:2])
     known = both[np.isfinite(both)]
     ends = (known.min(), known.max()) if len(known) else (0.0, 1.0)
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(0.6 + 4.2 * len(sheets), 3.8), layout="constrained")
         grid = np.atleast_1d(figure.subplots(1, len(sheets), sharex=True, sharey=True))
         for k, (axes, (title, sheet)) in enumerate(zip(grid, sheets.items(), strict=True)):

@@ -1,6 +1,5 @@
 """The sampled band: of knees as moment against angle, of any other model output by output."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,11 +9,11 @@ from kneecore.figures.columns import grid_of
 from kneecore.figures.style import (
     COLOURS,
     LABELS,
-    STYLE,
     SURROGATE,
     axis_label,
     curve,
     output_slices,
+    styled,
 )
 from kneecore.inputs import Output
 from kneecore.knee.model import Knee
@@ -33,7 +32,7 @@ def draw(study: MonteCarloResult) -> dict[str, Figure]:
 
 def band_figure(study: MonteCarloResult, worst: SearchResult | None = None) -> Figure:
     """Return the 99.7 % band of the outputs, with a worst case in front of it."""
-    with mpl.rc_context(STYLE):
+    with styled():
         if isinstance(study.model, Knee):
             return _knee_band(study, worst)
         return _outputs_band(study, worst)

@@ -1,11 +1,10 @@
 """The accuracy that is needed: the sizes that were tried, and where the goal is passed."""
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kneecore.figures.columns import column_label, size_label
-from kneecore.figures.style import COLOURS, STYLE
+from kneecore.figures.style import COLOURS, styled
 from kneecore.knee.model import Knee
 from kneecore.study.needed_accuracy import NeededAccuracy
 
@@ -14,7 +13,7 @@ __all__ = ["draw", "mark_answer"]
 
 def draw(need: NeededAccuracy) -> dict[str, Figure]:
     """Return the figures of a needed accuracy by name."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(5.6, 3.8), layout="constrained")
         axes = figure.add_subplot()
         axes.plot(*need.tried.T, "o-", color=COLOURS["model_2"], markersize=4, linewidth=1.2)

@@ -1,6 +1,5 @@
 """A search's figures: the paper's 1 to 4 for knees, their general form for any other model."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,10 +11,10 @@ from kneecore.figures.style import (
     COLOURS,
     LABELS,
     REST_DEG,
-    STYLE,
     axis_label,
     lay_axis,
     output_slices,
+    styled,
 )
 from kneecore.inputs import Output
 from kneecore.knee.model import Knee
@@ -49,7 +48,7 @@ FIGURE_FILES = tuple(
 def draw(result: SearchResult) -> dict[str, Figure]:
     """Return a search's figures by name."""
     drawn: dict[str, Figure] = {}
-    with mpl.rc_context(STYLE):
+    with styled():
         if isinstance(result.model, Knee):
             drawn |= {name: figure(result) for name, figure in _KNEE.items()}
             title = f"Geometry in the load-free pose ({REST_DEG:.2f} deg)"

@@ -6,6 +6,7 @@ model 1 blue, model 2 orange, the surrogate purple.
 
 import io
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib as mpl
@@ -33,6 +34,7 @@ __all__ = [
     "lay_axis",
     "output_slices",
     "render",
+    "styled",
     "through_rest",
 ]
 
@@ -56,6 +58,18 @@ _UNDATED: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date"
 """Metadata of each kind of file that would change from run to run, left out."""
 
 
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw in our style on Matplotlib's own defaults, whatever the user's matplotlibrc says.
+
+    Another font, or LaTeX that is not there, would change the bytes or end the drawing.
+    """
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(STYLE)
+        yield
+
+
 def render(
     figures: Mapping[str, Figure], endings: Sequence[str] = tuple(_UNDATED)
 ) -> Iterator[tuple[str, bytes]]:
@@ -63,7 +77,7 @@ def render(
     for name, figure in figures.items():
         for ending in endings:
             buffer = io.BytesIO()
-            with mpl.rc_context(STYLE):
+            with styled():
                 figure.savefig(buffer, format=ending, metadata=_UNDATED[ending])
             yield f"{name}.{ending}", buffer.getvalue()
 

@@ -1,12 +1,11 @@
 """How far a surrogate can be trusted: f of new pairs by both, and each output's error."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kneecore.figures.columns import name_columns
-from kneecore.figures.style import STYLE, SURROGATE, axis_label
+from kneecore.figures.style import SURROGATE, axis_label, styled
 from kneecore.study.surrogate_quality import SurrogateQuality
 
 __all__ = ["draw"]
@@ -14,7 +13,7 @@ __all__ = ["draw"]
 
 def draw(quality: SurrogateQuality) -> dict[str, Figure]:
     """Return the figures of a surrogate's quality by name."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         left, right = figure.subplots(1, 2)
         _pairs(left, quality)

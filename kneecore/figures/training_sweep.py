@@ -1,12 +1,11 @@
 """What a surrogate gains from more runs."""
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from kneecore.figures.style import STYLE, SURROGATE
+from kneecore.figures.style import SURROGATE, styled
 from kneecore.study.training_sweep import TrainingSweep
 
 __all__ = ["draw"]
@@ -35,7 +34,7 @@ def _spread(axes: Axes, size: NDArray[np.int64], values: FloatArray, label: str)
 
 def draw(sweep: TrainingSweep) -> dict[str, Figure]:
     """Return gap, rank correlation and time against the training size: medians and all seeds."""
-    with mpl.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(10.5, 3.6), layout="constrained")
         left, middle, right = figure.subplots(1, 3)
         _spread(left, sweep.size, sweep.gap_percent, "gap at the best pair, %")

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -10,6 +11,8 @@ from typing import Any
 
 from kneecore.errors import OutputError
 from kneecore.presented import Format
+
+_LOG = logging.getLogger("kneecore")
 
 RESULT_FILE = "result.json"
 
@@ -108,8 +111,21 @@ def to_json(document: dict[str, Any]) -> str:
 
 
 def contents(result: Any, form: Format, *, figures: bool) -> Iterator[tuple[str, bytes]]:
-    """Yield (file name, content) of a result's files, its JSON last."""
-    yield from form.others(result, figures)
+    """Yield (file name, content) of a result's files, numbers first, its JSON last.
+
+    Figures that cannot be drawn are told of in a line and left out: the numbers never wait for
+    them.
+    """
+    numbers = dict(form.others(result, False))
+    yield from numbers.items()
+    if figures:
+        try:
+            drawn = [named for named in form.others(result, True) if named[0] not in numbers]
+        except Exception as error:
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            _LOG.warning("figures cannot be drawn and are left out: %s", why[:300])
+        else:
+            yield from drawn
     yield form.file, to_json(form.to_dict(result)).encode()
 
 

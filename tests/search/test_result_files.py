@@ -7,6 +7,7 @@ import os
 from dataclasses import replace
 
 import jsonschema
+import matplotlib as mpl
 import numpy as np
 import pytest
 from results import KNEE_KEYS, SCHEMA
@@ -14,6 +15,7 @@ from searches import searched
 
 from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, simulate
 from kneecore.files import folder as output
+from kneecore.files import search as files_of_a_search
 from kneecore.files.search import curves_csv
 from kneecore.report.command import command_line
 
@@ -136,6 +138,27 @@ def test_an_interrupted_save_leaves_what_was_there(result, tmp_path, monkeypatch
     with pytest.raises(KeyboardInterrupt):
         result.save(tmp_path, force=True)
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+def test_figures_that_cannot_be_drawn_cost_a_line_and_no_number(
+    result, tmp_path, monkeypatch, caplog
+):
+    def no_font(_):
+        raise RuntimeError("Failed to process string with tex\nbecause latex could not be found")
+
+    monkeypatch.setattr(files_of_a_search, "draw", no_font)
+    written = result.save(tmp_path)
+    assert [path.name for path in written] == ["curves.csv", "result.json"]
+    assert SearchResult.load(tmp_path).to_json() == result.to_json()
+    (line,) = caplog.messages
+    assert "figures cannot be drawn and are left out: RuntimeError: Failed" in line
+    assert "\n" not in line
+
+
+def test_the_users_matplotlibrc_changes_no_byte(result):
+    usual = dict(result.files())
+    with mpl.rc_context({"text.usetex": True, "font.size": 30, "svg.fonttype": "none"}):
+        assert dict(result.files()) == usual
 
 
 def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
