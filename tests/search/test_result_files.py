@@ -148,7 +148,7 @@ def test_figures_that_cannot_be_drawn_cost_a_line_and_no_number(
 
     monkeypatch.setattr(files_of_a_search, "draw", no_font)
     written = result.save(tmp_path)
-    assert [path.name for path in written] == ["curves.csv", "result.json"]
+    assert [path.name for path in written] == [name for name, _ in result.files(figures=False)]
     assert SearchResult.load(tmp_path).to_json() == result.to_json()
     (line,) = caplog.messages
     assert "figures cannot be drawn and are left out: RuntimeError: Failed" in line
