@@ -15,7 +15,7 @@ from viz.websocket_client import CAMERA, WebSocketClient
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-from kneeviz import viser_internals as wire
+from kneeviz import viser_internals
 
 HANDSHAKE = (
     "GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -170,7 +170,9 @@ def upload_button(client: WebSocketClient) -> str:
     return client.wait(lambda c: next((u for u, p in c.props.items() if "mime_type" in p), None))
 
 
-def begin_uploads(client: WebSocketClient, count: int, *, size: int = wire.MAX_UPLOAD) -> None:
+def begin_uploads(
+    client: WebSocketClient, count: int, *, size: int = viser_internals.MAX_UPLOAD
+) -> None:
     """Announce `count` files of `size` bytes and send all but the last part of each."""
     button, parts = upload_button(client), -(-size // PART)
     for number in range(count):

@@ -13,7 +13,7 @@ from viz.conftest import eventually
 from viz.websocket_client import CAMERA, WebSocketClient
 from websockets.exceptions import ConnectionClosed
 
-from kneeviz import viser_internals as wire
+from kneeviz import viser_internals
 from kneeviz.server import caps
 from kneeviz.server.app import App
 
@@ -29,7 +29,7 @@ def served():
 def app():
     running = App(port=0)
     try:
-        eventually(lambda: running.session.model_ready)
+        eventually(lambda: running.page.model_ready)
         yield running
     finally:
         running.stop()
@@ -110,8 +110,8 @@ class TestMessages:
         assert took > 0.8 * (800 - caps.BURST) / caps.MESSAGES_PER_SECOND
 
     def test_who_only_listens_is_told_the_state_and_then_little(self, app):
-        app.session.playback.play(True)
-        app.session.touch()
+        app.page.playback.play(True)
+        app.page.touched = True
         with WebSocketClient(app.server.get_port()) as joined:
             joined.wait(lambda c: c.frames > 2 * caps.FREE_FRAMES, 20)
             with attacks._speechless(app.server.get_port()) as silent:
@@ -139,19 +139,19 @@ class TestMessages:
 class TestUploads:
     @pytest.fixture(autouse=True)
     def nothing_under_way(self, app):
-        eventually(lambda: not wire.unfinished_uploads(), 10)
+        eventually(lambda: not viser_internals.unfinished_uploads(), 10)
 
     def test_a_visitor_has_few_under_way_and_they_go_with_him(self, app):
         with WebSocketClient(app.server.get_port()) as client:
             attacks.begin_uploads(client, 3)
             client.wait(lambda c: c.notifications)
-            assert len(wire.unfinished_uploads()) <= wire._PENDING
+            assert len(viser_internals.unfinished_uploads()) <= viser_internals._PENDING
             assert "not finished" in client.notifications[0]["props"]["body"]
-        eventually(lambda: not wire.unfinished_uploads(), 10)
+        eventually(lambda: not viser_internals.unfinished_uploads(), 10)
 
     def test_who_has_not_joined_cannot_begin_one(self, app):
         """viser tidies up behind those only who have said where their camera is."""
-        port, button = app.server.get_port(), wire.widget_id(app.session.view.files.upload)
+        port, button = app.server.get_port(), viser_internals.widget_id(app.page.view.files.upload)
         start = {
             "type": "FileTransferStartUpload", "source_component_uuid": button, "filename": "x",
             "transfer_uuid": "stray", "mime_type": "", "part_count": 2, "size_bytes": 10,
@@ -159,10 +159,10 @@ class TestUploads:
         with attacks._speechless(port) as silent:
             silent.send(msgspec.msgpack.encode(start))
             time.sleep(0.3)
-            assert wire.unfinished_uploads() == {}
+            assert viser_internals.unfinished_uploads() == {}
             silent.send(msgspec.msgpack.encode(CAMERA))
             silent.send(msgspec.msgpack.encode(start))
-            eventually(lambda: list(wire.unfinished_uploads()) == ["stray"], 10)
+            eventually(lambda: list(viser_internals.unfinished_uploads()) == ["stray"], 10)
 
     def test_all_visitors_together_hold_little(self, app):
         clients = [WebSocketClient(app.server.get_port()) for _ in range(5)]
@@ -170,8 +170,10 @@ class TestUploads:
             for client in clients:
                 attacks.begin_uploads(client, 1)
             clients[-1].wait(lambda c: c.notifications)
-            held = sum(state["total_bytes"] for state in wire.unfinished_uploads().values())
-            assert held <= wire._PENDING_BYTES_OF_ALL
+            held = sum(
+                state["total_bytes"] for state in viser_internals.unfinished_uploads().values()
+            )
+            assert held <= viser_internals._PENDING_BYTES_OF_ALL
         finally:
             for client in clients:
                 client.close()
@@ -182,10 +184,10 @@ class TestUploads:
             WebSocketClient(app.server.get_port()) as other,
         ):
             attacks.begin_uploads(idle, 1, size=1000)
-            eventually(lambda: len(wire.unfinished_uploads()) == 1, 10)
-            monkeypatch.setattr(wire, "_PATIENCE", 0.0)
+            eventually(lambda: len(viser_internals.unfinished_uploads()) == 1, 10)
+            monkeypatch.setattr(viser_internals, "_PATIENCE", 0.0)
             attacks.begin_uploads(other, 1, size=1000)
-            eventually(lambda: [*wire.unfinished_uploads()] == [f"{id(other)}-0"], 10)
+            eventually(lambda: [*viser_internals.unfinished_uploads()] == [f"{id(other)}-0"], 10)
 
     def test_nobody_takes_over_another_s(self, app):
         with (
@@ -193,15 +195,15 @@ class TestUploads:
             WebSocketClient(app.server.get_port()) as two,
         ):
             attacks.begin_uploads(one, 1, size=1000)
-            eventually(lambda: len(wire.unfinished_uploads()) == 1, 10)
-            (name,), (state,) = zip(*wire.unfinished_uploads().items(), strict=True)
+            eventually(lambda: len(viser_internals.unfinished_uploads()) == 1, 10)
+            (name,), (state,) = zip(*viser_internals.unfinished_uploads().items(), strict=True)
             two.send(
                 {"type": "FileTransferStartUpload", "transfer_uuid": name, "filename": "x",
                  "source_component_uuid": attacks.upload_button(two), "mime_type": "",
                  "part_count": 1, "size_bytes": 5}
             )  # fmt: skip
             two.wait(lambda c: c.notifications)
-            assert wire.unfinished_uploads()[name] is state
+            assert viser_internals.unfinished_uploads()[name] is state
 
     def test_acknowledgements_do_not_pile_up(self, app):
         buffer = app.server._websock_server._broadcast_buffer
@@ -216,9 +218,9 @@ class TestUploads:
             button = attacks.upload_button(client)
             for number in range(150):
                 client.upload(button, f"{number}.txt", b"x")
-            eventually(lambda: not wire.unfinished_uploads(), 20)
+            eventually(lambda: not viser_internals.unfinished_uploads(), 20)
             client.upload(button, "last.txt", b"x")
-            eventually(lambda: acks() <= wire._ACKS_KEPT + 2, 10)
+            eventually(lambda: acks() <= viser_internals._ACKS_KEPT + 2, 10)
 
 
 def test_the_address_is_as_it_was_printed(served):
