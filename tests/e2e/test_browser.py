@@ -153,7 +153,7 @@ def test_download_a_result_and_load_it_back(visitor, app, tmp_path):
         visitor.press("Result (result.json)")
     path = tmp_path / "result.json"
     download.value.save_as(path)
-    assert json.loads(path.read_text())["seed"] == found.seed
+    assert json.loads(path.read_text())["seed"] == found.settings.seed
     with visitor.page.expect_file_chooser() as chooser:
         visitor.press("Load a file …")
     chooser.value.set_files(path)
