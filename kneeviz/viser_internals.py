@@ -3,7 +3,8 @@
 viser checks nothing that comes from a browser: any attribute of any widget can be set, values may
 have any type, range or size, and disabled buttons can be clicked. So every message passes here
 before viser handles it. The flat view's camera lock and the repair of a browser that disagrees
-with the server have no public call either.
+with the server have no public call either. What passes on the wire is another matter:
+`kneeviz.server.caps` says in words of its own what our page may send, and touches nothing of viser.
 """
 
 import math
@@ -17,6 +18,8 @@ from viser import _client_autobuild
 from viser import _gui_handles as handles
 from viser import _messages as messages
 
+_SERVES = "viser.infra._infra"
+"""Where viser keeps what it does with a connection."""
 MAX_UPLOAD = 5_000_000
 """Bytes; a result is a few hundred thousand, a knee ten thousand."""
 _MAX_PARTS = 64
@@ -25,6 +28,8 @@ _PENDING, _PENDING_BYTES = 2, 2 * MAX_UPLOAD
 _PENDING_OF_ALL, _PENDING_BYTES_OF_ALL = 16, 4 * MAX_UPLOAD
 _PATIENCE = 30.0  # s without a new part, after which an upload is given up
 _ACKS_KEPT = 64
+_MOST_SLACK = 1e-3
+"""A whole number, however large its range, is rounded into it."""
 _guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
 """The `gui` objects whose unfinished uploads are counted together."""
 
@@ -95,6 +100,16 @@ def widget_id(handle: Any) -> str:
 def skip_client_build() -> None:
     """Let a new server not look for a compiler: an installed client is always built."""
     _client_autobuild.ensure_client_is_built = lambda: None
+
+
+def is_own_server(handler: Any) -> bool:
+    """Tell whether it is viser that starts a WebSocket server, by what it does with connections."""
+    return getattr(handler, "__module__", None) == _SERVES
+
+
+def subprotocol() -> str:
+    """Return what a page of the same version says that it speaks."""
+    return f"viser-v{viser.__version__}"
 
 
 def refuse_tunnel(server: viser.ViserServer) -> None:
@@ -266,7 +281,7 @@ def number_fault(value: Any, low: float | None, high: float | None) -> str | Non
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return "a finite number is needed"
-    slack = 1e-6 * max(abs(low or 0.0), abs(high or 0.0), 1.0)
+    slack = min(1e-6 * max(abs(low or 0.0), abs(high or 0.0), 1.0), _MOST_SLACK)
     if (low is not None and value < low - slack) or (high is not None and value > high + slack):
         return f"{value:g} is outside {_edge(low)} to {_edge(high)}"
     return None
@@ -281,10 +296,12 @@ __all__ = [
     "crowding_fault",
     "force_value",
     "guard",
+    "is_own_server",
     "number_fault",
     "refuse_tunnel",
     "set_camera_lock",
     "skip_client_build",
+    "subprotocol",
     "unfinished_uploads",
     "update_fault",
     "upload_fault",

@@ -23,15 +23,16 @@ def read_upload(name: str, content: bytes) -> KneeFile | SearchResult:
     ------
     FileFormatError
         If it is neither, with the reason.
+    ParameterError
+        If it is the result of a model that is no knee.
     """
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FileFormatError("not a text file in UTF-8") from None
-    if text.lstrip().startswith(("{", "[")) and not _looks_like_toml(text):
-        return SearchResult.from_json(text)
-    if name.lower().endswith(".json"):
-        return SearchResult.from_json(text)
+    is_json = text.lstrip().startswith(("{", "[")) and not _looks_like_toml(text)
+    if is_json or name.lower().endswith(".json"):
+        return results.of_knees(SearchResult.from_json(text))
     return parse_knee(text)
 
 

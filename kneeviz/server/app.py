@@ -17,6 +17,7 @@ from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
+from kneeviz.state import results
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -42,6 +43,11 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
+
+    Raises
+    ------
+    ParameterError
+        If `result` is of a model that is no knee.
     """
 
     def __init__(
@@ -56,7 +62,8 @@ class App:
         allow_hosts: Sequence[str] = (),
     ) -> None:
         self._knee = kneecore.packaged_knee() if knee is None else knee
-        self._result, self.shared = result, shared
+        self._result = None if result is None else results.of_knees(result)
+        self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
         # viser's banner is not shown: we print our own line.

@@ -15,10 +15,10 @@ from collections.abc import Awaitable, Callable, Iterator
 from http import HTTPStatus
 from typing import Any
 
-import viser
 from websockets.asyncio import server as sockets
 from websockets.http11 import Request, Response
 
+from kneeviz import viser_internals
 from kneeviz.server.caps import (
     FREE_FRAMES,
     MAX_MESSAGE,
@@ -31,7 +31,6 @@ from kneeviz.server.caps import (
 )
 from kneeviz.server.gate import Gate
 
-_CALLER = "viser.infra._infra"
 _LOG = logging.getLogger(__name__)
 _ONE_AT_A_TIME = threading.Lock()
 _USUAL = ("opening handshake failed", "connection rejected (")
@@ -124,7 +123,7 @@ def _process(gate: Gate, crowd: Crowd[Any], inner: Process | None) -> Process:
 
 def _is_of_our_version(request: Request) -> bool:
     """Tell whether a page speaks as ours does; of others viser prints a line each time."""
-    return request.headers.get_all("Sec-WebSocket-Protocol") == [f"viser-v{viser.__version__}"]
+    return request.headers.get_all("Sec-WebSocket-Protocol") == [viser_internals.subprotocol()]
 
 
 @contextlib.contextmanager
@@ -139,7 +138,7 @@ def standing(gate: Gate) -> Iterator[None]:
     real, crowd, guarded = sockets.serve, Crowd[Any](), []
 
     def serve(handler: Any, *arguments: Any, **options: Any) -> Any:
-        if getattr(handler, "__module__", None) != _CALLER:
+        if not viser_internals.is_own_server(handler):
             return real(handler, *arguments, **options)
         guarded.append(True)
         ours = {

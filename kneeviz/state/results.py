@@ -9,10 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kneecore
-from kneecore import ParameterSpace, Response, SearchResult, Trajectory
+from kneecore import Knee, ParameterError, ParameterSpace, Response, SearchResult, Trajectory
 from kneecore.knee.response import RestLength
 
 FloatArray = NDArray[np.float64]
+
+
+def of_knees(result: SearchResult) -> SearchResult:
+    """Return a result that the page can show: files and searches may be of any model.
+
+    Raises
+    ------
+    ParameterError
+        If its model is no knee.
+    """
+    if not isinstance(result.model, Knee):
+        raise ParameterError(
+            f"`result` is of the model {result.model.name[:60]!r}; results of knees are allowed"
+        )
+    return result
 
 
 def space(found: Any) -> ParameterSpace:

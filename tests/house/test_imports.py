@@ -3,12 +3,18 @@
 `lint-imports` holds the rooms in their order; here it is files, and what a linter does not see.
 """
 
+import ast
+import re
+
 import pytest
 from imports import ROOT, arrows, circles, imports_of, sources
 
 MAX_LINES = 400
+PRIVATE = re.compile(r"viser(\.\w+)*\._\w+(\.\w+)*")
 DOORS = ("kneecore/presented.py", "kneecore/_command.py")
 """The modules that may find others by name: a result's presentation, and a room's command."""
+VISER = "kneeviz/viser_internals.py"
+"""The module that alone may touch viser's private parts."""
 
 
 def may_import_late(place):
@@ -35,6 +41,23 @@ def late_imports(root):
     return found
 
 
+def visers_private_parts(root):
+    """Imports and names in texts of what viser keeps to itself."""
+    found = []
+    for path in sources(root):
+        place = path.relative_to(root).as_posix()
+        if place == VISER:
+            continue
+        named = [(m, one.line) for one in imports_of(path, root) for m in one.modules[:1]]
+        named += [
+            (node.value, node.lineno)
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        ]
+        found += [f"{place}:{line}: {m}" for m, line in named if PRIVATE.fullmatch(m)]
+    return found
+
+
 def told_circles(root):
     return [
         ", ".join(f"{start} -> {end}" for start, end in sorted(group))
@@ -52,6 +75,11 @@ def long_modules(root):
 
 def test_no_import_is_hidden_in_a_function():
     told = late_imports(ROOT)
+    assert not told, listed(told)
+
+
+def test_one_module_alone_touches_visers_private_parts():
+    told = visers_private_parts(ROOT)
     assert not told, listed(told)
 
 
@@ -103,6 +131,21 @@ def house(tmp_path):
 )
 def test_an_import_in_a_function_is_found(house, text, told):
     assert late_imports(house("kneecore/files/a.py", text)) == [f"kneecore/files/a.py:{told}"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from viser import _messages",
+        "import viser._gui_handles",
+        "from viser.infra._infra import WebsockServer",
+        "if owner == 'viser.infra._infra':\n    pass",
+    ],
+)
+def test_a_private_part_of_viser_is_found(house, text):
+    assert len(visers_private_parts(house("kneeviz/a.py", text))) == 1
+    house("kneeviz/a.py", "from viser import GuiApi\nsaid = 'viser.infra'")
+    assert visers_private_parts(house(VISER, text)) == []
 
 
 @pytest.mark.parametrize("place", ["kneecore/cli/a.py", "kneecore/a/__main__.py", *DOORS])

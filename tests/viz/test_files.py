@@ -2,13 +2,22 @@ import io
 import json
 import zipfile
 
+import models
 import pytest
 from searches import searched
 
-from kneecore import FileFormatError, KneeFile, asset_path
+from kneecore import (
+    FileFormatError,
+    KneeFile,
+    ParameterError,
+    SearchSettings,
+    asset_path,
+    worst_case,
+)
 from kneecore.files.search import curves_csv
 from kneecore.search.result import SearchResult
 from kneeviz.actions import downloads as files
+from kneeviz.server.app import App
 
 KNEE = asset_path("baseline.toml").read_bytes()
 
@@ -50,6 +59,20 @@ def test_an_unknown_schema_of_a_result_is_refused(result):
     document["schema"] = "kneecore.result/99"
     with pytest.raises(FileFormatError, match="schema"):
         files.read_upload("result.json", json.dumps(document).encode())
+
+
+@pytest.mark.parametrize(
+    "take",
+    [
+        lambda result: files.read_upload("result.json", result.to_json().encode()),
+        lambda result: App(port=0, result=result),
+    ],
+    ids=["upload", "command"],
+)
+def test_a_result_of_another_model_than_a_knee_is_refused(take):
+    other = worst_case(models.ishigami(), SearchSettings(pop_size=20, n_generations=3))
+    with pytest.raises(ParameterError, match=r"^`result` is of the model '.*'; results of knees"):
+        take(other)
 
 
 def test_the_curves_are_the_results(result):

@@ -24,6 +24,7 @@ def widgets(server):
     return {
         "slider": gui.add_slider("s", 0.0, 10.0, 0.1, 5.0),
         "number": gui.add_number("n", 5, min=1, max=9),
+        "seed": gui.add_number("e", 0, min=0, max=2**31 - 1),
         "open": gui.add_number("o", 5.0),
         "check": gui.add_checkbox("c", True),
         "choice": gui.add_dropdown("d", ("a", "b")),
@@ -51,8 +52,9 @@ def test_good_values_pass(widgets, widget, value):
     [
         ("slider", 10.1), ("slider", -0.1), ("slider", math.nan), ("slider", math.inf),
         ("slider", "5"), ("slider", None), ("slider", True), ("slider", [5]), ("number", 0),
-        ("open", math.nan), ("check", "yes"), ("check", 1), ("choice", "c"), ("choice", ["a"]),
-        ("group", "z"), ("button", "x"), ("shut", True), ("upload", b"x"), ("bar", 50.0),
+        ("open", math.nan), ("seed", -0.6), ("seed", 2**31), ("check", "yes"), ("check", 1),
+        ("choice", "c"), ("choice", ["a"]), ("group", "z"), ("button", "x"), ("shut", True),
+        ("upload", b"x"), ("bar", 50.0),
     ],
 )  # fmt: skip
 def test_bad_values_do_not(widgets, widget, value):

@@ -30,7 +30,8 @@ LOOKS = {
     "objective": Look(label="Loads", words={name: name for name in LOADS}),
     "seed": Look(label="Seed", low=0, high=2**31 - 1),
 }
-_GENETIC = ("pop_size", "n_generations")
+_GENETIC, _EXACT = ("pop_size", "n_generations"), ("thorough",)
+"""Options that one method alone has."""
 TRAINING_SAMPLES = 50
 SOLVERS: dict[str, Solver] = {"In motion": "dynamics", "At rest": "equilibrium"}
 _LIVE_HINT = (
@@ -86,6 +87,7 @@ class SearchTab:
                 "equilibrium under each load.",
             )
             self.options = OptionWidgets(gui, SearchSettings, without=NOT_HERE, looks=LOOKS)
+        self.show_method()
 
     @property
     def chosen_solver(self) -> Solver:
@@ -95,8 +97,10 @@ class SearchTab:
     def settings(self, knee: Knee, search_space: SearchSpace) -> SearchSettings:
         """Return what the visitor has set, for a search there."""
         values = self.options.values()
-        if values["method"] == "exact":  # it has none of them, and refuses them
+        exact = values["method"] == "exact"
+        if exact:  # it has none of them, and refuses them
             values = {name: v for name, v in values.items() if name not in _GENETIC}
+        values["thorough"] &= exact and search_space == "model"
         values["repair"] &= search_space == "surrogate"
         samples = max(TRAINING_SAMPLES, knee.n_free + 2)
         return SearchSettings(search_space=search_space, training_samples=samples, **values)
@@ -117,8 +121,10 @@ class SearchTab:
 
     def show_method(self) -> None:
         """Shut what the chosen method has none of."""
-        for name in _GENETIC:
-            self.options.handles[name].disabled = self.options.value("method") != "ga"
+        genetic = self.options.value("method") == "ga"
+        for names, shut in ((_GENETIC, not genetic), (_EXACT, genetic)):
+            for name in names:
+                self.options.handles[name].disabled = shut
 
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
