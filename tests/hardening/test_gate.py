@@ -4,6 +4,7 @@ import asyncio
 import http.client
 import os
 import socket
+import threading
 
 import pytest
 import viser
@@ -138,7 +139,9 @@ def test_other_servers_of_this_process_are_left_alone():
             asked.append(server.process_request)
 
     with pytest.raises(RuntimeError, match="guarded"), front.standing(Gate(host="127.0.0.1")):
-        asyncio.run(one())
+        thread = threading.Thread(target=lambda: asyncio.run(one()))  # browser tests have a loop
+        thread.start()
+        thread.join()
     assert asked == [None]
 
 
