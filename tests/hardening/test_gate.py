@@ -138,10 +138,13 @@ def test_other_servers_of_this_process_are_left_alone():
         async with sockets.serve(lambda _: None, "127.0.0.1", 0) as server:
             asked.append(server.process_request)
 
-    with pytest.raises(RuntimeError, match="guarded"), front.standing(Gate(host="127.0.0.1")):
-        thread = threading.Thread(target=lambda: asyncio.run(one()))  # browser tests have a loop
+    def served():  # on a thread: after the browser tests this one has a running loop
+        thread = threading.Thread(target=lambda: asyncio.run(one()))
         thread.start()
         thread.join()
+
+    with pytest.raises(RuntimeError, match="guarded"), front.standing(Gate(host="127.0.0.1")):
+        served()
     assert asked == [None]
 
 
