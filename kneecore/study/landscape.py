@@ -74,7 +74,8 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     """Return where the two inputs stand."""
     free = model.free_names
     listed = isinstance(names, Sequence) and not isinstance(names, str)
-    if not listed or len(names) != 2 or names[0] == names[1] or not all(n in free for n in names):
+    texts = listed and all(isinstance(name, str) for name in names)
+    if not texts or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         told = shown(tuple(names) if listed else names)
         raise ParameterError(
             f"`names` is {told}; two different of the free inputs are allowed: {', '.join(free)}"
