@@ -8,6 +8,7 @@ from .errors import KneecoreError as KneecoreError
 from .errors import ModelError as ModelError
 from .errors import OutputError as OutputError
 from .errors import ParameterError as ParameterError
+from .inputs import Column as Column
 from .inputs import Input as Input
 from .inputs import Output as Output
 from .knee.file import KneeFile as KneeFile
@@ -31,11 +32,14 @@ from .knee.response import simulate_batch as simulate_batch
 from .knee.space import ParameterSpace as ParameterSpace
 from .knee.trajectory import Trajectory as Trajectory
 from .knee.trajectory import trajectory as trajectory
+from .model import Evaluation as Evaluation
 from .model import Model as Model
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
+from .numerics.sensitivity import Indices as Indices
 from .paper.redo import redo_paper as redo_paper
 from .paper.result import PaperReport as PaperReport
 from .presented import load as load
+from .progress import Callback as Callback
 from .progress import Cancelled as Cancelled
 from .progress import Progress as Progress
 from .report.command import command_line as command_line
@@ -44,6 +48,7 @@ from .search.compare import with_methods as with_methods
 from .search.result import Evidence as Evidence
 from .search.result import MethodTrace as MethodTrace
 from .search.result import Repair as Repair
+from .search.result import RepairRound as RepairRound
 from .search.result import SearchResult as SearchResult
 from .search.settings import SearchSettings as SearchSettings
 from .search.training import TrainedSurrogate as TrainedSurrogate

@@ -273,6 +273,8 @@ class Model:
         model.lower = _held([i.lower for i in model.inputs])
         model.upper = _held([i.upper for i in model.inputs])
         model._size = float(size)
+        if self.proxy is not None:
+            model.proxy = self.proxy.with_size(size)
         return model
 
     def _copy(self) -> Self:

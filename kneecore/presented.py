@@ -11,7 +11,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
-__all__ = ["Format", "Presented", "Words", "format_with_schema", "load"]
+__all__ = [
+    "Format",
+    "Presented",
+    "Words",
+    "format_of",
+    "format_with_schema",
+    "load",
+    "words_of",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +75,16 @@ _PLACES: dict[str, tuple[str, str, str]] = {
     "Response": ("report.response", "files.response", ""),
 }
 
+_FILES_OF_SEVERAL = ("files.study", "files.bound_study")
+"""Formats of files that command lines write of several results together."""
+
 
 def _found(result: type[Any], place: int, name: str) -> Any:
     for kind in result.__mro__:
         if kind.__name__ in _PLACES:
-            return getattr(import_module(f"kneecore.{_PLACES[kind.__name__][place]}"), name)
+            module = _PLACES[kind.__name__][place]
+            # A response alone has no figure.
+            return getattr(import_module(f"kneecore.{module}"), name) if module else lambda _: {}
     raise TypeError(f"{result.__name__} has no {name.lower()}")
 
 
@@ -89,7 +102,7 @@ def format_of(result: type[Any]) -> Format:
 
 def format_with_schema(schema: Any) -> Format | None:
     """Return the format that calls itself `schema`, or None."""
-    for _, place, _ in _PLACES.values():
+    for place in (*(files for _, files, _ in _PLACES.values()), *_FILES_OF_SEVERAL):
         found: Format = import_module(f"kneecore.{place}").FORMAT
         if found.schema == schema:
             return found

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from kneecore.figures.bound_sweep import bound_figure
 from kneecore.figures.style import render
 from kneecore.files import bound_sweep, needed_accuracy
-from kneecore.files.load import load_with
 from kneecore.presented import Format
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.needed_accuracy import NeededAccuracy
 
-__all__ = ["FORMAT", "BoundStudy", "load_bound_study"]
+__all__ = ["FORMAT", "BoundStudy"]
+
+
+SCHEMA = "kneecore.bound_study/1"
 
 
 @dataclass
@@ -28,7 +29,7 @@ class BoundStudy:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the sweep as JSON-ready values, with the answer beside it."""
-        document = bound_sweep.to_dict(self.sweep)
+        document = bound_sweep.to_dict(self.sweep) | {"schema": SCHEMA}
         if self.need is not None:
             document["needed_accuracy"] = needed_accuracy.to_dict(self.need)
         return document
@@ -49,21 +50,9 @@ def _others(study: BoundStudy, figures: bool) -> Iterator[tuple[str, bytes]]:
 
 
 FORMAT = Format(
-    schema=bound_sweep.SCHEMA,
+    schema=SCHEMA,
     file=bound_sweep.FORMAT.file,
     to_dict=BoundStudy.to_dict,
     from_dict=from_dict,
     others=_others,
 )
-
-
-def load_bound_study(path: str | Path) -> BoundStudy:
-    """Return the study in a file, or in the folder of `python -m kneecore.sweep bound --out`.
-
-    Raises
-    ------
-    FileFormatError
-        If it cannot be read or is no such study; the message names the file.
-    """
-    read: BoundStudy = load_with(path, FORMAT)
-    return read

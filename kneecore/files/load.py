@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from kneecore._arguments import file_name, shown
+from kneecore._arguments import file_name, shown, shown_name
 from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.presented import Format, format_with_schema
@@ -78,7 +78,7 @@ def load_with(path: str | Path, form: Format) -> Any:
     try:
         return from_json(_text_of(path), form)
     except FileFormatError as error:
-        raise FileFormatError(f"{path}: {error}") from None
+        raise FileFormatError(f"{shown_name(str(path))}: {error}") from None
 
 
 def load(path: str | Path) -> Any:
@@ -99,7 +99,7 @@ def load(path: str | Path) -> Any:
             raise FileFormatError(f"`schema` is {document.get('schema')!r}, which is no result's")
         return _read(document, form)
     except FileFormatError as error:
-        raise FileFormatError(f"{path}: {error}") from None
+        raise FileFormatError(f"{shown_name(str(path))}: {error}") from None
 
 
 def _only_result(folder: Path) -> Path:

@@ -84,6 +84,7 @@ def model_table(model: Model) -> dict[str, Any]:
     """Return a model's inputs and outputs."""
     return {
         "name": model.name,
+        "order": list(model.order),
         "watched": model.watched,
         "size": model.size,
         "size_name": model.size_name,
@@ -129,6 +130,9 @@ class _ReadModel(Model):
             [Output(**one) for one in table["outputs"]],
             name=str(table["name"]),
         )
+        self._order = tuple(int(k) for k in table.get("order", range(self.n_outputs)))
+        if sorted(self._order) != list(range(self.n_outputs)):
+            raise FileFormatError("`order` must name each of the model's numbers once")
         # Files that were written before these were told have the usual ones.
         self.watched = int(table.get("watched", self.watched))
         self._size = number("size", table["size"])
@@ -140,6 +144,11 @@ class _ReadModel(Model):
             raise FileFormatError(
                 f"`watched` is {self.watched}; a number from 0 to {self.n_outputs - 1} is allowed"
             )
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The columns in the order in which neighbours change together."""
+        return self._order
 
 
 # The knee.

@@ -117,6 +117,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         known |= {"repair_gap_percent": repair.goal_percent, "repair_models": repair.max_models}
     search = document["search"]
     counted = [f"models_{name}" for name in ("simulated", *own["model"].count_names)]
+    others = [key for key in document["counts"] if key not in counted]  # of a model's own kinds
     return SearchResult(
         settings=read_settings(SearchSettings, document, **known),
         objective_surrogate=number_or_none(document, "objective_surrogate"),
@@ -125,7 +126,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         run_values=tuple(array(search["run_values"], (-1,), "run_values").tolist()),
         history=array(search["history"], (-1,), "history"),
         stop_reason=str(document["stop_reason"]),
-        counts={k: int(document["counts"][k]) for k in ("pairs_evaluated", *counted)},
+        counts={k: int(document["counts"][k]) for k in ("pairs_evaluated", *counted, *others)},
         seconds={k: float(v) for k, v in document["seconds"].items()},
         threads=int(document["threads"]),
         versions={k: str(v) for k, v in document["versions"].items()},

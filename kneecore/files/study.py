@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from kneecore.errors import KneecoreError
@@ -12,15 +11,15 @@ from kneecore.figures.style import render
 from kneecore.files import comparison as comparison_file
 from kneecore.files import influence as influence_file
 from kneecore.files import monte_carlo as sampling_file
-from kneecore.files.load import load_with
 from kneecore.presented import Format
 from kneecore.search.result import SearchResult
 from kneecore.study.comparison import Comparison
 from kneecore.study.influence import InfluenceResult
 from kneecore.study.monte_carlo import MonteCarloResult
 
-__all__ = ["FORMAT", "INFLUENCE_FILE", "STUDY_FILE", "Study", "load_study"]
+__all__ = ["FORMAT", "INFLUENCE_FILE", "STUDY_FILE", "Study"]
 
+SCHEMA = "kneecore.uncertainty/1"
 STUDY_FILE = sampling_file.STUDY_FILE
 INFLUENCE_FILE = influence_file.INFLUENCE_FILE
 
@@ -50,6 +49,7 @@ def to_dict(study: Study) -> dict[str, Any]:
     """Return a study as JSON-ready values."""
     compared = study.comparison
     return sampling_file.to_dict(study.sampled) | {
+        "schema": SCHEMA,
         "comparison": None if compared is None else comparison_file.comparison_table(compared),
         "influence": None if study.influence is None else study.influence.to_dict(),
     }
@@ -79,21 +79,9 @@ def _others(study: Study, figures: bool) -> Iterator[tuple[str, bytes]]:
 
 
 FORMAT = Format(
-    schema=sampling_file.SCHEMA,
+    schema=SCHEMA,
     file=STUDY_FILE,
     to_dict=to_dict,
     from_dict=from_dict,
     others=_others,
 )
-
-
-def load_study(path: str | Path) -> Study:
-    """Return the study in a file, or in the folder of `python -m kneecore.uncertainty --out`.
-
-    Raises
-    ------
-    FileFormatError
-        If it cannot be read or is no such study; the message names the file.
-    """
-    read: Study = load_with(path, FORMAT)
-    return read

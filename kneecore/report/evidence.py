@@ -15,9 +15,11 @@ def _f(model: Model, value: float) -> str:
 
 def evidence_lines(model: Model, evidence: Evidence) -> list[str]:
     """Return how many climbs came to the pair, and what else was found."""
+    # In a model without gradients it was the one near it that was climbed.
+    pair = "the worst pair at rest, by its f" if evidence.n_models else "this pair's f"
     lines = [
-        f"{evidence.share_reached:.0%} of {evidence.n_climbs} climbs ended in this pair's f, to "
-        "0.01 %. No proof that it is the largest."
+        f"{evidence.share_reached:.0%} of {evidence.n_climbs} climbs ended in {pair}, to 0.01 %. "
+        "No proof that it is the largest."
     ]
     if evidence.second_best is not None:
         lines[0] += f" Second-best basin: {_f(model, evidence.second_best)}."

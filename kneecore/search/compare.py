@@ -24,7 +24,7 @@ from kneecore.model import Model
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import checked
 from kneecore.search.result import MethodTrace, SearchResult
-from kneecore.search.settings import SearchSettings
+from kneecore.search.settings import SearchSettings, enough_samples
 from kneecore.search.worst_case import worst_case
 
 __all__ = ["compare_methods", "with_methods"]
@@ -134,7 +134,7 @@ def _run_all(model: Model, settings: SearchSettings, callback: Callback | None) 
         "objective": settings.objective,
         "weights": settings.weights,
         "seed": settings.seed,
-        "training_samples": max(50, model.n_free + 2),
+        "training_samples": enough_samples(model.n_free),
     }
     names = methods_of(model)
     done, found = 0, []

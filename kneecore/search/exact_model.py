@@ -14,7 +14,6 @@ Examples
 35.57
 """
 
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +27,7 @@ from kneecore.search.result import Evidence
 from kneecore.search.sign_climb import ExactPair, ExactSettings, Report, climb_pair
 from kneecore.unit_model import UnitModel
 
-__all__ = ["ExactModelPair", "exact_pair", "extremes"]
+__all__ = ["ExactModelPair", "exact_pair"]
 
 FloatArray = NDArray[np.float64]
 _MANY_FAILED = 0.01  # share of the proxy's models
@@ -48,8 +47,6 @@ class ExactModelPair:
     objective: float
     """f"""
     evidence: Evidence
-    seconds: dict[str, float]
-    """proxy, model"""
 
 
 class _CountedSlopes:
@@ -117,12 +114,10 @@ def exact_pair(
     weights = model.weights() if weights is None else weights
     guide = model if model.has_gradient else model.proxy
     assert guide is not None
-    begun = time.perf_counter()
     slopes = _CountedSlopes(guide)
     found = climb_pair(
         slopes, model.n_free, weights, order=model.order, settings=settings, report=report
     )
-    climbed = time.perf_counter()
     moved = None
     if guide is not model:
         many_failed = slopes.n_failed > _MANY_FAILED * slopes.n_simulated
@@ -130,7 +125,9 @@ def exact_pair(
             UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
         )
         if not np.isfinite(moved.value):
-            raise ModelError("none of the worst pairs at rest could be simulated in motion")
+            raise ModelError(
+                "the model fails for every worst pair of the one near it (knees: at rest)"
+            )
         if many_failed:
             moved = evolve_pair(
                 UnitModel(model),
@@ -149,20 +146,4 @@ def exact_pair(
         y=y,
         objective=found.value if moved is None else moved.value,
         evidence=_evidence(slopes, found, moved),
-        seconds={"proxy": climbed - begun, "model": time.perf_counter() - climbed},
     )
-
-
-def extremes(
-    model: Model, column: int, *, seed: int = 0, report: Report | None = None
-) -> ExactModelPair:
-    """Find the models with the least and with the largest value in one column of the outputs.
-
-    Returns
-    -------
-    ExactModelPair
-        The first model has the least value; `objective` is the difference of the two.
-    """
-    weights = np.zeros(model.n_outputs)
-    weights[column] = 1.0
-    return exact_pair(model, weights, settings=ExactSettings(seed=seed), report=report)

@@ -12,10 +12,15 @@ from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.sampling_options import check_count, check_seed
 from kneecore.options import check_choices, option, options_of
 
-__all__ = ["Method", "SearchSettings", "SearchSpace"]
+__all__ = ["Method", "SearchSettings", "SearchSpace", "enough_samples"]
 
 SearchSpace = Literal["surrogate", "model"]
 Method = Literal["ga", "exact"]
+
+
+def enough_samples(n_free: int) -> int:
+    """Return the paper's 50 training samples, or as many as this many free inputs need."""
+    return max(50, n_free + 2)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,12 +2,12 @@
 
 from typing import Any, TypeVar
 
-from kneecore._arguments import shown
+from kneecore._arguments import callback_or_none, shown
 from kneecore.errors import ParameterError
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
 
-__all__ = ["Steps", "check_callback", "checked_settings"]
+__all__ = ["Steps", "checked_settings"]
 
 _Settings = TypeVar("_Settings")
 
@@ -23,7 +23,7 @@ def checked_settings(
         If the model is no `Model`, the settings are of another kind, or the callback is none.
     """
     check_model(model)
-    check_callback(callback)
+    callback_or_none(callback)
     if settings is None:
         return kind()
     if not isinstance(settings, kind):
@@ -31,14 +31,6 @@ def checked_settings(
             f"`settings` is {shown(settings)}; kneecore.{kind.__name__} are allowed"
         )
     return settings
-
-
-def check_callback(callback: Any) -> None:
-    """Raise a `ParameterError` if a callback cannot be called."""
-    if callback is not None and not callable(callback):
-        raise ParameterError(
-            f"`callback` is {shown(callback)}; a function of a Progress is allowed"
-        )
 
 
 class Steps:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import shown
+from kneecore._arguments import callback_or_none, shown
 from kneecore._version import versions
 from kneecore.errors import ParameterError
 from kneecore.model import Model
@@ -26,7 +26,6 @@ from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
-from kneecore.study.arguments import check_callback
 
 __all__ = ["Landscape", "landscape"]
 
@@ -74,7 +73,8 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     """Return where the two inputs stand."""
     free = model.free_names
     listed = isinstance(names, Sequence) and not isinstance(names, str)
-    if not listed or len(names) != 2 or names[0] == names[1] or not all(n in free for n in names):
+    texts = listed and all(isinstance(name, str) for name in names)
+    if not texts or len(names) != 2 or names[0] == names[1] or not set(names) <= set(free):
         told = shown(tuple(names) if listed else names)
         raise ParameterError(
             f"`names` is {told}; two different of the free inputs are allowed: {', '.join(free)}"
@@ -127,7 +127,7 @@ def landscape(
         If an argument is not allowed.
     """
     check_model(model)
-    check_callback(callback)
+    callback_or_none(callback)
     first, second = _places(names, model)
     centre = model.point(model.nominal if x is None else x)
     if check_count("n_points", n_points) < 2:

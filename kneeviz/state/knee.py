@@ -23,14 +23,13 @@ from kneecore import (
 )
 from kneecore.knee.parameters import widened
 from kneecore.knee.response import Solver
+from kneecore.search.settings import enough_samples
 from kneeviz.geometry.sweep import Sweep, sweep_of
 from kneeviz.jobs.cores import spare_cores
 from kneeviz.state import results
 from kneeviz.state.bounds import SCALE, WIDTH, Bounds
 
 FloatArray = NDArray[np.float64]
-
-TRAINING_SAMPLES = 50
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -178,7 +177,7 @@ class KneeState:
     def fit(self) -> None:
         """Fit the surrogate of the present bounds; raises `KneecoreError` if it cannot be."""
         self.surrogate = self.predicted = None
-        n_samples = max(TRAINING_SAMPLES, self.space.n_free + 2)
+        n_samples = enough_samples(self.space.n_free)
         knee = Knee(self.space, rest_length=self.bounds.rest_length, threads=1)
         self.surrogate = kneecore.fit_surrogate(knee, n_samples=n_samples, seed=0)
         self.predicted = self.predict(self.x)

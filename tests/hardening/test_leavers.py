@@ -15,8 +15,14 @@ from kneeviz.server.app import MAX_SESSIONS, App
 pytestmark = pytest.mark.filterwarnings("ignore:Queued a ")  # viser's, for those who left
 
 
+OTHERS = set()
+"""Threads of other apps of this process."""
+
+
 @pytest.fixture
 def app():
+    OTHERS.clear()
+    OTHERS.update(threading.enumerate())
     running = App(port=0, shared=False)
     try:
         yield running
@@ -30,7 +36,8 @@ def port(app):
 
 
 def views():
-    return [thread for thread in threading.enumerate() if thread.name == "view"]
+    new = set(threading.enumerate()) - OTHERS
+    return [thread for thread in new if thread.name == "view"]
 
 
 def test_hundreds_of_early_leavers_leave_nothing(app, port):
@@ -98,6 +105,8 @@ def test_who_is_gone_before_his_turn_costs_no_work(app, port, monkeypatch):
 
 
 def test_when_the_app_stops_all_sessions_end(monkeypatch):
+    OTHERS.clear()
+    OTHERS.update(threading.enumerate())
     running = apps.App(port=0, shared=False)
     with WebSocketClient(running.server.get_port()):
         eventually(lambda: len(running.sessions) == 1, 20)

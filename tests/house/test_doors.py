@@ -6,7 +6,7 @@ from importlib import import_module
 
 import pytest
 
-from kneecore.presented import _PLACES, Format, Words
+from kneecore.presented import _FILES_OF_SEVERAL, _PLACES, Format, Words
 
 
 @pytest.mark.parametrize("name", ["search", "simulate", "uncertainty", "sweep", "paper"])
@@ -27,5 +27,6 @@ def test_a_result_has_words_files_and_figures(result):
 
 
 def test_no_two_results_call_themselves_the_same():
-    schemas = [import_module(f"kneecore.{files}").FORMAT.schema for _, files, _ in _PLACES.values()]
+    rooms = [*(files for _, files, _ in _PLACES.values()), *_FILES_OF_SEVERAL]
+    schemas = [import_module(f"kneecore.{files}").FORMAT.schema for files in rooms]
     assert len(set(schemas)) == len(schemas)

@@ -11,7 +11,6 @@ import models
 import numpy as np
 import pytest
 import tyro
-import viser
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from results import SCHEMA
@@ -44,9 +43,6 @@ from kneecore.files.settings import read_settings, write_settings
 from kneecore.options import option, options_of
 from kneecore.report.command import command_line
 from kneecore.search.result import SearchResult
-from kneeviz import viser_internals
-from kneeviz.views.tabs.options import OptionWidgets
-from kneeviz.views.tabs.search import LOOKS, NOT_HERE, SearchTab
 
 SETTINGS = {
     SearchSettings: Options,
@@ -137,90 +133,6 @@ def test_every_option_is_in_the_schema(one):
         assert set(told) == set(one.choices)
     if dataclasses.is_dataclass(one.default):
         assert table["type"] == "object"
-
-
-# The page's tab "Search".
-
-
-@pytest.fixture(scope="module")
-def gui():
-    viser_internals.skip_client_build()
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server.gui
-    server.stop()
-
-
-@pytest.fixture
-def tab(gui):
-    return SearchTab(gui, lambda *_: None)
-
-
-ON_THE_PAGE = [one for one in options_of(SearchSettings) if one.name not in NOT_HERE]
-OTHER = {
-    "method": "Exact gradients", "thorough": True, "repair": True, "pop_size": 120,
-    "n_generations": 31, "objective": "flexion", "seed": 7,
-}  # fmt: skip
-"""What a visitor may set instead of what is usual."""
-
-
-def test_every_option_has_a_widget_or_a_reason_not_to(tab):
-    names = {one.name for one in options_of(SearchSettings)}
-    assert set(tab.options.handles) | set(NOT_HERE) == names
-    assert not set(tab.options.handles) & set(NOT_HERE)
-    assert set(LOOKS) <= set(tab.options.handles)
-    assert all(len(why) > 10 for why in NOT_HERE.values())
-
-
-@pytest.mark.parametrize("one", ON_THE_PAGE, ids=lambda one: one.name)
-def test_a_widget_is_of_its_option(tab, one):
-    handle = tab.options.handles[one.name]
-    assert handle.hint == one.help
-    assert tab.options.value(one.name) == one.default
-    kind = viser.GuiNumberHandle
-    if one.choices or one.name == "objective":
-        kind = viser.GuiDropdownHandle
-    elif isinstance(one.default, bool):
-        kind = viser.GuiCheckboxHandle
-    assert isinstance(handle, kind)
-    if one.choices:
-        assert len(handle.options) == len(one.choices)
-
-
-@pytest.mark.parametrize("where", ["surrogate", "model"])
-def test_an_untouched_tab_asks_for_the_usual(tab, where):
-    assert tab.settings(Knee(), where) == SearchSettings(search_space=where)
-
-
-@pytest.mark.parametrize("one", ON_THE_PAGE, ids=lambda one: one.name)
-def test_what_is_set_on_the_page_reaches_the_search(tab, one):
-    if one.name == "thorough":  # the exact search's alone
-        tab.options.handles["method"].value = OTHER["method"]
-    where = "surrogate" if one.name == "repair" else "model"
-    before = tab.settings(Knee(), where)
-    tab.options.handles[one.name].value = OTHER[one.name]
-    after = tab.settings(Knee(), where)
-    names = {option.name for option in options_of(SearchSettings)}
-    changed = {name for name in names if getattr(before, name) != getattr(after, name)}
-    assert changed == {one.name}
-    expected = {"method": "exact"}.get(one.name, OTHER[one.name])
-    assert getattr(after, one.name) == expected
-
-
-def test_what_a_search_has_none_of_is_left_out_and_shut(tab):
-    handles = tab.options.handles
-    for name, value in OTHER.items():
-        handles[name].value = value
-    tab.show_method()
-    assert [n for n, h in handles.items() if h.disabled] == ["pop_size", "n_generations"]
-    exact = SearchSettings(method="exact", search_space="model", objective="flexion", seed=7)
-    assert tab.settings(Knee(), "model") == dataclasses.replace(exact, thorough=True)
-    repaired = dataclasses.replace(exact, search_space="surrogate", repair=True)
-    assert tab.settings(Knee(), "surrogate") == repaired
-    handles["method"].value = "Genetic"
-    tab.show_method()
-    assert [n for n, h in handles.items() if h.disabled] == ["thorough"]
-    genetic = tab.settings(Knee(), "model")
-    assert (genetic.pop_size, genetic.n_generations, genetic.thorough) == (120, 31, False)
 
 
 # Random settings and knees.
@@ -387,17 +299,6 @@ def test_an_option_that_is_added_arrives_everywhere():
     assert read_settings(More, document) == More(seed=3)
     with pytest.raises(ValueError, match="`temper` is 'wild'; 'calm' or 'bold' is allowed"):
         read_settings(More, {**document, "temper": "wild"})
-
-
-def test_an_option_that_is_added_is_on_the_page_at_once(gui):
-    widgets = OptionWidgets(gui, More, without=NOT_HERE, looks=LOOKS)
-    handles = widgets.handles
-    assert set(handles) - {one.name for one in ON_THE_PAGE} == {"patience", "mood"}
-    assert (handles["patience"].label, handles["mood"].label) == ("Patience", "Temper")
-    assert handles["patience"].hint == "Rounds without a find that are waited for."
-    assert handles["mood"].options == ("calm", "bold")
-    handles["patience"].value, handles["mood"].value = 9, "bold"
-    assert (widgets.value("patience"), widgets.values()["mood"]) == (9, "bold")
 
 
 def test_the_check_of_the_schema_would_see_a_new_option():

@@ -29,7 +29,6 @@ from kneecore import (
 )
 from kneecore.cli.uncertainty import main
 from kneecore.files.influence import to_csv
-from kneecore.files.study import load_study
 from kneecore.numerics.sampling import uniform
 from kneecore.report.influence import answer
 
@@ -375,7 +374,7 @@ def test_a_study_comes_back_from_its_folder(capsys, tmp_path, worst):
     arguments += ["--base-samples", "16", "--out", str(tmp_path / "study"), "--quiet"]
     assert in_process(capsys, *arguments)[0] == 0
     text = (tmp_path / "study" / "uncertainty.json").read_text()
-    read = load_study(tmp_path / "study")
+    read = kneecore.load(tmp_path / "study")
     assert read.to_dict() == json.loads(text)
     assert read.sampled.settings == SamplingSettings(n_samples=300)
     alone = kneecore.load(tmp_path / "study")

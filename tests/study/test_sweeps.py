@@ -24,7 +24,6 @@ from kneecore import (
     worst_case,
 )
 from kneecore.cli.sweep import main
-from kneecore.files.bound_study import load_bound_study
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.readings import deficit_deg, over_extension_deg
 from kneecore.numerics.sampling import uniform
@@ -229,7 +228,7 @@ class TestCommand:
         document = json.loads((tmp_path / "a" / "bound_sweep.json").read_text())
         assert document["bound_mm"] == [0.3, 0.6]
         assert document["needed_accuracy"]["within_deg"] == 5.0
-        study = load_bound_study(tmp_path / "a")
+        study = kneecore.load(tmp_path / "a")
         assert study.to_dict() == document
         assert str(study) == out.rstrip("\n")
         assert kneecore.load(tmp_path / "a").to_dict() == study.sweep.to_dict()

@@ -4,7 +4,7 @@ from typing import Any
 
 from kneecore import Knee, SearchSettings
 from kneecore.knee.response import Solver
-from kneecore.search.settings import SearchSpace
+from kneecore.search.settings import SearchSpace, enough_samples
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box
 from kneeviz.views.tabs.events import on_press, on_value
@@ -32,7 +32,6 @@ LOOKS = {
 }
 _GENETIC, _EXACT = ("pop_size", "n_generations"), ("thorough",)
 """Options that one method alone has."""
-TRAINING_SAMPLES = 50
 SOLVERS: dict[str, Solver] = {"In motion": "dynamics", "At rest": "equilibrium"}
 _LIVE_HINT = (
     "Follows every bound and slider: the two most different knees within the bounds around your "
@@ -102,7 +101,7 @@ class SearchTab:
             values = {name: v for name, v in values.items() if name not in _GENETIC}
         values["thorough"] &= exact and search_space == "model"
         values["repair"] &= search_space == "surrogate"
-        samples = max(TRAINING_SAMPLES, knee.n_free + 2)
+        samples = enough_samples(knee.n_free)
         return SearchSettings(search_space=search_space, training_samples=samples, **values)
 
     def _connect(self, post: Post) -> None:
