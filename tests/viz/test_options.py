@@ -81,6 +81,7 @@ def test_what_is_set_on_the_page_reaches_the_search(tab, one):
 
 def test_what_a_search_has_none_of_is_left_out_and_shut(tab):
     handles = tab.options.handles
+    assert [n for n, h in handles.items() if h.disabled] == ["thorough"]  # untouched: genetic
     for name, value in OTHER.items():
         handles[name].value = value
     tab.show_method()
