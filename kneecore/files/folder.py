@@ -116,16 +116,15 @@ def contents(result: Any, form: Format, *, figures: bool) -> Iterator[tuple[str,
     Figures that cannot be drawn are told of in a line and left out: the numbers never wait for
     them.
     """
-    numbers = dict(form.others(result, False))
-    yield from numbers.items()
+    files = dict(form.others(result, False))
     if figures:
         try:
-            drawn = [named for named in form.others(result, True) if named[0] not in numbers]
+            # A text that shows figures, as a report's page, is another with them.
+            files |= dict(form.others(result, True))
         except Exception as error:
             why = " ".join(f"{type(error).__name__}: {error}".split())
             _LOG.warning("figures cannot be drawn and are left out: %s", why[:300])
-        else:
-            yield from drawn
+    yield from files.items()
     yield form.file, to_json(form.to_dict(result)).encode()
 
 

@@ -374,7 +374,12 @@ def test_the_paper_claim_by_claim(page, visitor, study):
     page = download(visitor, study.files["paper.html"], "paper.html", len(made.page))
     assert page == made.page
     assert page.rstrip().endswith(b"</html>")
+    assert page.count(b"<img ") == 8
     packed = download(visitor, study.files["paper.zip"], "paper.zip", len(made.everything))
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         assert {"paper.md", "paper.json", "uncertainty.json"} <= set(archive.namelist())
         assert json.loads(archive.read("paper.json"))["quick"] is True
+        pictures = {name for name in archive.namelist() if name.endswith(".png")}
+        assert len(pictures) == 8
+        markdown = archive.read("paper.md").decode()
+        assert all(f"]({name})" in markdown for name in pictures)
