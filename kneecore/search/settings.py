@@ -57,7 +57,7 @@ class SearchSettings:
     pop_size: int = option(200, place=("search", "pop_size"))
     """Pairs in a generation."""
     n_generations: int = option(800, key="generations", place=("search", "generations"))
-    """Generations."""
+    """How many generations are bred."""
     n_runs: int = option(1, key="runs", place=("search", "runs"))
     """Independent runs of the search; the best is kept and the spread shown."""
     objective: str = option("all")

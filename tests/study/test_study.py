@@ -377,8 +377,8 @@ def test_a_study_comes_back_from_its_folder(capsys, tmp_path, worst):
     read = kneecore.load(tmp_path / "study")
     assert read.to_dict() == json.loads(text)
     assert read.sampled.settings == SamplingSettings(n_samples=300)
-    alone = kneecore.load(tmp_path / "study")
-    assert alone.to_dict() == read.sampled.to_dict()
+    assert read.influence is not None
+    assert read.comparison is not None
     assert isinstance(read.sampled.model, Knee)
 
 
