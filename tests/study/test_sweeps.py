@@ -231,7 +231,7 @@ class TestCommand:
         study = kneecore.load(tmp_path / "a")
         assert study.to_dict() == document
         assert str(study) == out.rstrip("\n")
-        assert study.need.within_deg == 5.0
+        assert study.need.settings.within == 5.0
         code, _, err = called(capsys, main, *arguments)
         assert code == 2
         assert "--force" in err
