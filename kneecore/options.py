@@ -9,6 +9,7 @@ import inspect
 import textwrap
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from kneecore._arguments import shown
@@ -72,10 +73,19 @@ class Option:
         return next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
 
 
+def _source_of(settings: type[Any]) -> ast.ClassDef:
+    """Return a class's source, parsed."""
+    if "<locals>" in settings.__qualname__:
+        parsed = ast.parse(textwrap.dedent(inspect.getsource(settings))).body
+    else:  # three times as fast, which the command lines' help notices
+        parsed = ast.parse(Path(inspect.getfile(settings)).read_text(encoding="utf-8")).body
+    classes = (node for node in parsed if isinstance(node, ast.ClassDef))
+    return next(node for node in classes if node.name == settings.__name__)
+
+
 def _docstrings(settings: type[Any]) -> dict[str, str]:
     """Return the docstring under each field of a class."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(settings))).body[0]
-    assert isinstance(tree, ast.ClassDef)
+    tree = _source_of(settings)
     found = {}
     for above, below in zip(tree.body, tree.body[1:], strict=False):
         if not (isinstance(above, ast.AnnAssign) and isinstance(below, ast.Expr)):

@@ -1,16 +1,18 @@
 """How to search for the two most different models: the one list of its options."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
 from kneecore._arguments import flag, number, shown, text
 from kneecore.errors import ParameterError
-from kneecore.model import Model
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.sampling_options import check_count, check_seed
 from kneecore.options import check_choices, option, options_of
+
+if TYPE_CHECKING:  # a command line shows its options without it
+    from kneecore.model import Model
 
 __all__ = ["Method", "SearchSettings", "SearchSpace", "enough_samples"]
 
@@ -133,7 +135,7 @@ class SearchSettings:
         """
         return "model" if self.method == "exact" and not self.repair and gradient else "surrogate"
 
-    def of(self, model: Model) -> Self:
+    def of(self, model: "Model") -> Self:
         """Return the settings of a search of `model`, with nothing left open, and checked.
 
         Raises
