@@ -11,9 +11,6 @@ from collections.abc import Callable, Sequence
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from kneecore.errors import ParameterError
 
 __all__ = [
@@ -23,7 +20,6 @@ __all__ = [
     "file_name",
     "flag",
     "number",
-    "numbers",
     "one_line",
     "shown",
     "shown_name",
@@ -81,7 +77,8 @@ def flag(name: str, value: Any) -> bool:
     ParameterError
         If it is anything else.
     """
-    if isinstance(value, bool | np.bool_):
+    # NumPy's is known by its name: command lines check flags before NumPy is loaded.
+    if isinstance(value, bool) or type(value).__name__ in ("bool", "bool_"):
         return bool(value)
     raise ParameterError(f"`{name}` is {shown(value)}; True or False is allowed")
 
@@ -120,7 +117,7 @@ def number(
         allowed += f" of at least {least:g}{unit}"
     elif math.isfinite(most):
         allowed += f" of at most {most:g}{unit}"
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise ParameterError(f"`{name}` is {shown(value)}; {allowed} is allowed")
     try:
         converted = float(value)
@@ -129,28 +126,6 @@ def number(
     if not (math.isfinite(converted) and least <= converted <= most):
         raise ParameterError(f"`{name}` is {converted:g}{unit}; {allowed} is allowed")
     return converted
-
-
-def numbers(name: str, values: ArrayLike, said: str = "numbers are allowed") -> NDArray[np.float64]:
-    """Return `values` as an array of float64: whole or real numbers, never texts or booleans.
-
-    Raises
-    ------
-    ParameterError
-        If they are anything else.
-    """
-    if isinstance(values, np.ndarray) and values.dtype == np.float64:
-        return values
-    try:
-        array = np.asarray(values)
-        # Objects are whole numbers of more than 64 bits, fractions, None, or nothing of the kind.
-        if array.dtype.kind not in "iufO":
-            raise TypeError
-        if array.dtype.kind == "O" and any(isinstance(v, str | bool) for v in array.flat):
-            raise TypeError
-        return np.asarray(array, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError, RecursionError, AttributeError):
-        raise ParameterError(f"`{name}` is not an array of numbers; {said}") from None
 
 
 def text(name: str, value: Any, longest: int) -> str:

@@ -27,7 +27,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import flag, number, numbers, one_line, shown, text
+from kneecore._arguments import flag, number, one_line, shown, text
+from kneecore._arrays import numbers
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, scales_of

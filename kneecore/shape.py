@@ -6,7 +6,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._arguments import choice, numbers, text
+from kneecore._arguments import choice, text
+from kneecore._arrays import numbers
 from kneecore.errors import ParameterError
 
 __all__ = ["Kind", "Shape"]

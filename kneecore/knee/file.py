@@ -12,8 +12,9 @@ import tomli_w
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore import _untrusted
-from kneecore._arguments import file_name, flag, numbers, one_line, shown, shown_name
+from kneecore._arguments import file_name, flag, one_line, shown, shown_name
 from kneecore._arguments import text as checked_text
+from kneecore._arrays import numbers
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units

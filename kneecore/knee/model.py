@@ -17,7 +17,8 @@ from typing import Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import choice, numbers
+from kneecore._arguments import choice
+from kneecore._arrays import numbers
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.gradient import flexion_gradient

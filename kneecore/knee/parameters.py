@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import numbers
+from kneecore._arrays import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee import units
 

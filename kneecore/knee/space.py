@@ -19,7 +19,8 @@ from typing import Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import choice, number, numbers, one_line, shown, shown_name, text
+from kneecore._arguments import choice, number, one_line, shown, shown_name, text
+from kneecore._arrays import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee.file import LONGEST_TEXT, dump_knee, packaged_knee, read_knee
 from kneecore.knee.parameters import (

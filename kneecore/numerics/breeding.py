@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._jit import inline, kernel
+from kneecore.numerics.genetic_options import GeneticOptions
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -200,3 +201,12 @@ def breed(
             _cross(key, parent, other, lower, upper, alpha, child)
         else:
             _mutate(key, parent, lower, upper, exponent, probability, draws, child)
+
+
+def rank_chances(options: GeneticOptions, pop_size: int) -> FloatArray:
+    """Return the cumulative chance of each rank, best first, shape (pop_size,)."""
+    ranks = np.arange(pop_size) / (pop_size - 1)
+    best = 2.0 - options.rank_eta_min
+    cumulative = np.cumsum((best - (best - options.rank_eta_min) * ranks) / pop_size)
+    cumulative[-1] = 1.0
+    return cumulative

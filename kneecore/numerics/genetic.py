@@ -104,7 +104,7 @@ def _evolve_one(objective: Objective, population: Population) -> FloatArray:
     n_elite, n_crossover, _ = population.options.split(pop_size)
     order, spare = np.empty(pop_size, dtype=np.int64), np.empty(pop_size, dtype=np.int64)
     breeding.rank(population.values, order, spare)
-    chances = population.options.rank_chances(pop_size)
+    chances = breeding.rank_chances(population.options, pop_size)
     generation = population.generation + 1
     children = np.empty_like(population.x)
     breeding.breed(

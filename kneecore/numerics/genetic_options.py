@@ -1,15 +1,11 @@
 """The genetic algorithm's constants, apart from its code: a command line shows them fast."""
 
+import math
 from dataclasses import dataclass, fields
 from numbers import Real
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kneecore._arguments import shown
 from kneecore.errors import ParameterError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +63,7 @@ class GeneticOptions:
             If one of them would be zero.
         """
         shares = (self.crossover_fraction, self.mutation_fraction, self.elite_fraction)
-        smallest = int(np.ceil(1.0 / min(shares) - 1e-9))
+        smallest = math.ceil(1.0 / min(shares) - 1e-9)
         if pop_size < smallest:
             raise ParameterError(
                 f"`pop_size` is {pop_size}; at least {smallest} is allowed, so that crossover, "
@@ -76,11 +72,3 @@ class GeneticOptions:
         n_elite = int(self.elite_fraction * pop_size + 0.5 + 1e-9)
         n_mutation = int(self.mutation_fraction * pop_size + 0.5 + 1e-9)
         return n_elite, pop_size - n_elite - n_mutation, n_mutation
-
-    def rank_chances(self, pop_size: int) -> FloatArray:
-        """Return the cumulative chance of each rank, best first, shape (pop_size,)."""
-        ranks = np.arange(pop_size) / (pop_size - 1)
-        best = 2.0 - self.rank_eta_min
-        cumulative = np.cumsum((best - (best - self.rank_eta_min) * ranks) / pop_size)
-        cumulative[-1] = 1.0
-        return cumulative

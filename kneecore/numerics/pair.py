@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._threads import run_together, thread_count
-from kneecore.numerics.breeding import wheel_starts
+from kneecore.numerics.breeding import rank_chances, wheel_starts
 from kneecore.numerics.genetic import Population
 from kneecore.numerics.pair_kernels import LEAVE, N_COUNTERS, evolve
 from kneecore.numerics.surrogate import Surrogate
@@ -96,7 +96,7 @@ class SurrogatePair:
         """Breed `n_generations` in place and return the best value after each."""
         pop_size, options = len(population.x), population.options
         n_elite, n_crossover, _ = options.split(pop_size)
-        chances = options.rank_chances(pop_size)
+        chances = rank_chances(options, pop_size)
         first = population.generation
         exponents = [population.mutation_exponent(first + 1 + k) for k in range(n_generations)]
         populations, values = np.array([population.x] * 2), np.array([population.values] * 2)

@@ -14,6 +14,14 @@ from kneecore.search.training import train
 __all__ = ["find_pair", "search_pair"]
 
 
+def run_seed(seed: int, run: int) -> int:
+    """Return the seed of one of several runs; the first is the seed itself."""
+    if run == 0:
+        return seed
+    state = np.random.SeedSequence([seed, run]).generate_state(1, np.uint64)
+    return int(state[0] >> np.uint64(1))
+
+
 def _run_all(
     objective: ModelPair | SurrogatePair,
     n_dimensions: int,
@@ -46,7 +54,7 @@ def _run_all(
                 pop_size=settings.pop_size,
                 n_generations=per_run,
                 options=settings.options,
-                seed=settings.run_seed(run),
+                seed=run_seed(settings.seed, run),
                 callback=watch,
             )
         )

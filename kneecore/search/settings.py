@@ -3,8 +3,6 @@
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-import numpy as np
-
 from kneecore._arguments import flag, number, shown, text
 from kneecore.errors import ParameterError
 from kneecore.numerics.genetic_options import GeneticOptions
@@ -163,25 +161,18 @@ class SearchSettings:
                 f"parameters at least {n_dimensions + 1} are needed"
             )
 
-    def run_seed(self, run: int) -> int:
-        """Return the seed of the genetic algorithm's run; the first is the seed itself."""
-        if run == 0:
-            return int(self.seed)
-        state = np.random.SeedSequence([self.seed, run]).generate_state(1, np.uint64)
-        return int(state[0] >> np.uint64(1))
-
 
 def _checked_weights(given: Any) -> tuple[float, ...] | None:
     if given is None:
         return None
     try:
-        weights = np.asarray(given)
-        usable = weights.dtype.kind in "iuf" and weights.ndim == 1
-    except ValueError:
-        usable = False
-    if not usable or not np.isfinite(weights).all() or (weights < 0.0).any() or not weights.any():
+        weights = [] if isinstance(given, str | bytes | dict) else list(given)
+        weights = [number("weights", weight, least=0.0) for weight in weights]
+    except Exception:  # whatever a stranger's __iter__ raises
+        weights = []
+    if not any(weights):
         raise ParameterError(
             f"`weights` is {shown(given)}; a row of finite numbers of at least 0, one above 0, is "
             "allowed"
         )
-    return tuple(float(w) for w in weights)
+    return tuple(weights)

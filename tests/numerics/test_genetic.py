@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from kneecore.errors import ModelError, ParameterError
 from kneecore.numerics import breeding
+from kneecore.numerics.breeding import rank_chances
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.genetic_options import GeneticOptions
 
@@ -23,8 +24,8 @@ def bred(population, values, *, options=None, seed=0, generation=1, exponent=1.0
     breeding.breed(
         population,
         order,
-        options.rank_chances(n),
-        breeding.wheel_starts(options.rank_chances(n)),
+        rank_chances(options, n),
+        breeding.wheel_starts(rank_chances(options, n)),
         lower,
         upper,
         n_elite,
@@ -129,7 +130,7 @@ def test_roulette_follows_the_ranks():
 @settings(max_examples=60, deadline=None)
 @given(st.integers(2, 80), st.floats(0.0, 1.0), st.integers(0, 1000))
 def test_a_wheel_stops_at_the_first_rank_above(n, eta_min, seed):
-    cumulative = GeneticOptions(rank_eta_min=eta_min).rank_chances(n)
+    cumulative = rank_chances(GeneticOptions(rank_eta_min=eta_min), n)
     starts = breeding.wheel_starts(cumulative)
     for u in [0.0, np.nextafter(1.0, 0.0), *np.random.default_rng(seed).random(20)]:
         rank = breeding._spin(cumulative, starts, u)
@@ -140,7 +141,7 @@ def test_rows_of_children_can_be_bred_apart():
     population = np.random.default_rng(0).random((60, 40))
     whole, order = bred(population, np.arange(60.0))
     options, parts = GeneticOptions(), np.full_like(whole, np.nan)
-    chances = options.rank_chances(60)
+    chances = rank_chances(options, 60)
     for first, stop in ((40, 60), (0, 7), (7, 40)):
         breeding.breed(
             population, order, chances, breeding.wheel_starts(chances), np.zeros(40), np.ones(40),
@@ -162,9 +163,9 @@ def test_each_gene_of_a_child_has_a_number_of_its_own(d):
 
 
 def test_rank_chances():
-    even = np.diff(GeneticOptions(rank_eta_min=1.0).rank_chances(10), prepend=0.0)
+    even = np.diff(rank_chances(GeneticOptions(rank_eta_min=1.0), 10), prepend=0.0)
     np.testing.assert_allclose(even, 0.1)
-    steep = np.diff(GeneticOptions(rank_eta_min=0.0).rank_chances(10), prepend=0.0)
+    steep = np.diff(rank_chances(GeneticOptions(rank_eta_min=0.0), 10), prepend=0.0)
     assert steep[0] == pytest.approx(0.2)
     assert steep[-1] == pytest.approx(0.0, abs=1e-12)
 
