@@ -33,6 +33,7 @@ from .knee.space import ParameterSpace as ParameterSpace
 from .knee.trajectory import Trajectory as Trajectory
 from .knee.trajectory import trajectory as trajectory
 from .model import Evaluation as Evaluation
+from .model import Failure as Failure
 from .model import Model as Model
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
 from .numerics.sensitivity import Indices as Indices

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.model import Model
+from kneecore.runs.part import Watch
 
 __all__ = ["UnitModel"]
 
@@ -27,12 +28,18 @@ class UnitModel:
         self.n_simulated = 0
         self.counts = dict.fromkeys(model.count_names, 0)
 
-    def __call__(self, u: FloatArray) -> FloatArray:
-        """Return outputs of points, shape (n, n_free) -> (n, m)."""
-        done = self.model.examine(self.model.from_free_unit(u))
+    def __call__(self, u: FloatArray, watch: Watch | None = None) -> FloatArray:
+        """Return outputs of points, shape (n, n_free) -> (n, m).
+
+        `watch` gets the number of runs done, now and then; a true result cancels (raises
+        `Cancelled`).
+        """
+        x = self.model.from_free_unit(u)
+        # A model that examines in a way of its own need not know of being watched.
+        done = self.model.examine(x) if watch is None else self.model.examine(x, watch=watch)
         self.n_simulated += len(u)
         for name, count in done.counts.items():
-            self.counts[name] += count
+            self.counts[name] = self.counts.get(name, 0) + count
         return done.y
 
     @property

@@ -54,7 +54,12 @@ def _footer(study: MonteCarloResult) -> str:
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
     drawn = settings.sampling
     told = f"{drawn}, rounded up to a power of two" if drawn == "sobol" else drawn
-    kinds = {"refined": "refined", "unsettled": "with an unsettled load"}
+    kinds = {
+        "refined": "refined",
+        "unsettled": "with an unsettled load",
+        "partial": "with some of their outputs only",
+        "reused": "reused from the runs that were kept",
+    }
     became = [f"{study.n_failed} failed"]
     became += [f"{counts[kind]} {words}" for kind, words in kinds.items() if kind in counts]
     return (

@@ -118,6 +118,8 @@ def _counts(result: SearchResult) -> str:
     kinds = {"refined": "refined", "unsettled": "with an unsettled load"}
     told = [f"{counts['models_failed']} failed"]
     told += [f"{counts[f'models_{k}']} {v}" for k, v in kinds.items() if f"models_{k}" in counts]
+    if "models_reused" in counts:
+        told.append(f"{counts['models_reused']:,} reused from the runs that were kept")
     pairs = ""
     if result.settings.method == "ga":
         pairs = f"{counts['pairs_evaluated']:,} pairs evaluated, "

@@ -22,10 +22,10 @@ from kneecore._threads import thread_count
 from kneecore._version import versions
 from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Evaluation, Model
-from kneecore.numerics.moments import Stream
+from kneecore.numerics.moments import GappyStream, Stream
 from kneecore.numerics.sampling import batches, n_drawn
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Progress
+from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import SamplingSettings
 
@@ -67,7 +67,8 @@ class MonteCarloResult(Presented):
     counts: Mapping[str, int]
     """Samples by what became of them, "failed" always; of knees also "refined" (a smaller time step
     was needed), "unsettled" (not at rest at some load, but in the statistics) and "lost" (failed,
-    for there was no equilibrium to follow)."""
+    for there was no equilibrium to follow); of other models "partial" (some outputs failed: the
+    others are in the statistics) and "reused" (taken from the runs that were kept)."""
     below: FloatArray | None
     """Share of the samples whose output is below each of the marks asked for, shape (k, m)."""
     stop_reason: str
@@ -75,6 +76,8 @@ class MonteCarloResult(Presented):
     seconds: Mapping[str, float]
     threads: int
     versions: Mapping[str, str]
+    n_used: NDArray[np.int64] | None = None
+    """Samples in each output's statistics, shape (m,), where some failed in some outputs only."""
 
     @property
     def n_failed(self) -> int:
@@ -88,28 +91,46 @@ class _Sums:
 
     total: int
     marks: FloatArray | None
-    streams: dict[str, Stream] = field(default_factory=dict)
+    streams: dict[str, Stream | GappyStream] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=lambda: {"failed": 0})
     below: Any = 0.0
     n_done: int = 0
 
     def add(self, done: Evaluation) -> None:
-        """Take in a batch; failed samples only count."""
-        good = np.isfinite(done.y).all(axis=1)
-        for name, values in ({"": done.y} | dict(done.observed)).items():
+        """Take in a batch; failed samples only count, and an output that failed costs itself."""
+        finite = np.isfinite(done.y)
+        good, usable = finite.all(axis=1), finite.any(axis=1)
+        n_partial = int(np.count_nonzero(usable & ~good))
+        self._add_y(done.y[usable], with_gaps=n_partial > 0)
+        for name, values in done.observed.items():
             self.streams.setdefault(name, Stream(self.total)).add(values[good])
         if self.marks is not None:
-            self.below = self.below + (done.y[good][:, None] < self.marks[None]).sum(axis=0)
+            self.below = self.below + (done.y[usable][:, None] < self.marks[None]).sum(axis=0)
         for name, count in done.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count
+        if n_partial:
+            self.counts["failed"] -= n_partial
+            self.counts["partial"] = self.counts.get("partial", 0) + n_partial
         self.n_done += len(done.y)
+
+    def _add_y(self, y: FloatArray, *, with_gaps: bool) -> None:
+        stream = self.streams.setdefault("", Stream(self.total))
+        if with_gaps and isinstance(stream, Stream):
+            stream = self.streams[""] = GappyStream(stream, y.shape[1])
+        stream.add(y)
+
+    @property
+    def n_used(self) -> NDArray[np.int64] | None:
+        """Samples in each output's statistics, where they are not all the same."""
+        stream = self.streams[""]
+        return stream.n if isinstance(stream, GappyStream) else None
 
     @property
     def n_good(self) -> int:
         return self.n_done - self.counts["failed"]
 
 
-def _spread(stream: Stream) -> Spread:
+def _spread(stream: Stream | GappyStream) -> Spread:
     sigma, percentile = stream.sigma_bounds(), stream.percentile_bounds()
     return Spread(
         mean=stream.mean,
@@ -119,6 +140,12 @@ def _spread(stream: Stream) -> Spread:
         percentile_lower=percentile[0],
         percentile_upper=percentile[1],
     )
+
+
+def _shares(sums: _Sums) -> FloatArray:
+    n = sums.n_good if sums.n_used is None else np.maximum(sums.n_used, 1)
+    shares: FloatArray = sums.below / n
+    return shares
 
 
 def _checked_marks(marks: ArrayLike | None, n_outputs: int) -> FloatArray | None:
@@ -152,7 +179,8 @@ def monte_carlo(
     marks : array_like, shape (k, m), optional
         Outputs whose place in the sampled distribution is wanted, such as a worst case's.
     callback : callable, optional
-        Gets `Progress`; a true result cancels: the statistics of what was done are returned.
+        Gets `Progress`; a true result cancels: the statistics of what was done are returned, or
+        `Cancelled` is raised where that is less than two samples.
 
     Raises
     ------
@@ -166,10 +194,12 @@ def monte_carlo(
     sums = _Sums(total=total, marks=_checked_marks(marks, model.n_outputs))
     start = time.perf_counter()
     cancelled = _sample(model, settings, sums, callback)
+    if cancelled and sums.n_good < 2:
+        raise Cancelled
     if sums.n_good < 2:
         raise ModelError(
             f"{sums.counts['failed']} of {sums.n_done} samples failed; at least 2 answers are "
-            "needed"
+            f"needed{model.told_failure}"
         )
     spreads = {name: _spread(stream) for name, stream in sums.streams.items()}
     return MonteCarloResult(
@@ -179,7 +209,8 @@ def monte_carlo(
         observed=spreads,
         n_samples=sums.n_done,
         counts=sums.counts,
-        below=None if sums.marks is None else sums.below / sums.n_good,
+        below=None if sums.marks is None else _shares(sums),
+        n_used=sums.n_used,
         stop_reason="cancelled" if cancelled else "all_samples",
         seconds={"sampling": time.perf_counter() - start},
         threads=thread_count(model.threads),
@@ -194,11 +225,15 @@ def _sample(
     points = batches(
         sums.total, model.n_free, settings.seed, sampling=settings.sampling, size=BATCH
     )
-    for unit in points:
-        report = Progress(stage="sampling", done=sums.n_done, total=sums.total)
-        if callback is not None and callback(report) and sums.n_done > 0:
-            return True
-        sums.add(model.examine(model.from_free_unit(unit), observe=True))
-    if callback is not None:
-        callback(Progress(stage="sampling", done=sums.n_done, total=sums.total))
+
+    def watch(done: int) -> object:
+        report = Progress(stage="sampling", done=min(done, sums.total), total=sums.total)
+        return callback is not None and callback(report)
+
+    x = (model.from_free_unit(unit) for unit in points)
+    for done in model.stream(x, observe=True, watch=watch):
+        sums.add(done)
+    if sums.n_done < sums.total:
+        return True
+    watch(sums.n_done)
     return False
