@@ -22,11 +22,12 @@ array([[0.03, 0.06, 0.15]])
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore import runs
 from kneecore._arguments import flag, number, one_line, shown, text
 from kneecore._arrays import numbers
 from kneecore._threads import thread_count
@@ -37,6 +38,9 @@ from kneecore.runner import Run, Runner
 from kneecore.runs.options import OnFailure, RunOptions
 from kneecore.runs.part import Evaluation, Failure
 from kneecore.shape import Shape
+
+if TYPE_CHECKING:
+    from kneecore.runs.program import KeepRuns
 
 __all__ = ["Evaluation", "Failure", "Model", "Shape"]
 
@@ -146,6 +150,78 @@ class Model(Runner):
         self.threads = threads
         self._size = 1.0
         self._scales = np.array(scales_of(self.outputs))
+
+    @classmethod
+    def from_program(
+        cls,
+        command: str | Sequence[str],
+        template: str | PathLike[str] | None,
+        read: Any,
+        inputs: Sequence[Input],
+        outputs: Sequence[Output],
+        *,
+        files: Sequence[str | PathLike[str]] = (),
+        folder: str | PathLike[str] | None = None,
+        keep_runs: "KeepRuns" = "failed",
+        **options: Any,
+    ) -> Self:
+        """Return a model whose runs are those of an external program.
+
+        Parameters
+        ----------
+        command : str or sequence of str
+            The program and its arguments; ``{input}`` stands for the filled template, ``{folder}``
+            for the run's folder, and fields such as ``{k_1}`` for inputs. No shell is involved.
+        template : str or path, optional
+            The program's input file, with a field such as ``{k_1}`` or ``{k_1:.6e}`` in the place
+            of each input; without one all fields are in the command.
+        read : callable or sequence of callables
+            What is in the run's folder, as numbers: a `JsonOutput`, `CsvOutput`, `TextOutput`, or
+            a function of the folder's path.
+        inputs : sequence of Input
+        outputs : sequence of Output
+        files : sequence of str or path
+            What else each run's folder needs.
+        folder : str or path, optional
+            Where the runs' folders are made; the system's temporary folder for None.
+        keep_runs : {"failed", "all", "none"}
+            Which of them stay.
+        **options
+            As for `Model`; `timeout_s` ends a program with all that it has started.
+
+        Raises
+        ------
+        ParameterError, FileFormatError
+            If an argument is not allowed, an uncertain input has no field, or the template cannot
+            be read.
+        """
+        inputs = all_of(Input, "inputs", inputs)
+        program = runs.program.Program(
+            command,
+            template,
+            read,
+            names=[i.name for i in inputs],
+            needed=[i.name for i in inputs if i.upper > i.lower],
+            files=files,
+            folder=folder,
+            keep_runs=keep_runs,
+            timeout_s=options.get("timeout_s"),
+        )
+        return cls(program, inputs, outputs, **options)
+
+    @classmethod
+    def from_file(cls, path: str | PathLike[str]) -> Self:
+        """Return the model that a TOML file describes.
+
+        Such a file names code that is run: read none that you would not run as a program.
+
+        Raises
+        ------
+        FileFormatError
+            If the file cannot be used; the line names the file and the key.
+        """
+        made: Self = runs.model_file.read_model_file(path, cls)
+        return made
 
     def __repr__(self) -> str:
         return (

@@ -1,7 +1,6 @@
 """Executors of somebody else's, and what they are asked to do."""
 
 import os
-import socket
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -21,23 +20,26 @@ __all__ = ["Borrowed", "run_sent"]
 FloatArray = NDArray[np.float64]
 threadpoolctl: Any = lazy_loader.load("threadpoolctl")
 
-_HERE = (socket.gethostname(), os.getpid())
 _LIMITS: list[Any] = []
 _MINE = threading.local()
 
 
 def run_sent(
-    job: Sent, x: FloatArray, observe: bool, timeout_s: float | None, retries: int, origin: Any
+    job: Sent, x: FloatArray, observe: bool, timeout_s: float | None, retries: int, apart: bool
 ) -> Part:
-    """Run a work that has come from another process; it is what executors are asked to do."""
-    if timeout_s is not None:  # a run that hangs can be ended in a process of its own only
+    """Run a work that has come from another process; it is what executors are asked to do.
+
+    With `apart`, or where a run may take no longer than `timeout_s`, it is done by a process of its
+    own: that one can be ended, and whoever works here outlives it.
+    """
+    if apart or timeout_s is not None:
         hand: Hand | None = getattr(_MINE, "hand", None)
         if hand is None or (hand.timeout_s, hand.retries) != (timeout_s, retries):
             if hand is not None:
                 hand.close()
             hand = _MINE.hand = Hand(timeout_s, retries)
         return hand.run(job, x, observe)
-    if origin != _HERE and not _LIMITS:  # one of several workers on its machine
+    if os.getpid() != job.origin and not _LIMITS:  # one of several workers on its machine
         _LIMITS.append(threadpoolctl.threadpool_limits(1))
     work = loaded(job.digest, job.blob)
     return join(list(work.parts(x, observe=observe, patience=float("inf"))))
@@ -63,7 +65,7 @@ class Borrowed:
 
     def submit(self, job: Job, x: FloatArray, observe: bool) -> "Future[Part]":
         """Hand points over."""
-        given = (sent(job), x, observe, *self._options, _HERE)
+        given = (sent(job), x, observe, *self._options, False)
         if self._mapper is None:
             future: Future[Part] = self._executor.submit(run_sent, *given)
             return future

@@ -80,7 +80,7 @@ class Cluster:
     def submit(self, job: Job, x: FloatArray, observe: bool) -> "Future[Part]":
         """Give points to the scheduler."""
         future: Future[Part] = self._executor.submit(
-            run_sent, sent(job), x, observe, *self._options, None
+            run_sent, sent(job), x, observe, *self._options, job.work.keeps
         )
         return future
 
@@ -92,7 +92,10 @@ class Cluster:
         if now - self._asked < _ASK_S:
             return
         self._asked = now
-        n_workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        try:
+            n_workers = len(self._client.nthreads())
+        except Exception:  # of several libraries, when it leaves while it is asked
+            raise self.gone() from None
         if n_workers:
             self.n_workers, self._last_worker = n_workers, now
         elif now - self._last_worker > ALONE_S:

@@ -96,6 +96,13 @@ class Engine:
             _let_go(self._owned)
             self._pool = self._log = None
 
+    def _dismiss(self) -> None:
+        with self._lock:
+            pool, self._pool = self._pool, None
+            if pool is not None:
+                self._owned.remove(pool)
+                pool.close()
+
     def open(self) -> RunLog | None:
         """Return the file of runs, read; None where none are kept.
 
@@ -173,8 +180,10 @@ class Engine:
         first = self.n_runs
         try:
             yield from self._through(flow, first, log, watch)
-        except BaseException:
+        except BaseException as error:
             flow.abandon()
+            if isinstance(error, ModelError):  # those who run may be of no use any more
+                self._dismiss()
             raise
         finally:
             self.n_runs = first + cutter.n_rows

@@ -58,7 +58,7 @@ class _Child:
             env=os.environ | _ONE_THREAD,
         )
         self._loaded: set[str] = set()
-        self._too_late = False
+        self._too_late = self._heard = self._stopped = False
 
     def load(self, job: Sent) -> None:
         """Let it load a work; raises a `ModelError` if it cannot."""
@@ -86,6 +86,7 @@ class _Child:
     ) -> Iterator[Part]:
         """Yield what it says of points; raises `_Ended` if it is gone, or was too slow."""
         left = len(x)
+        self._heard = True
         try:
             self._say((job.digest, job.digest, x, observe, patience))
             while left:
@@ -97,6 +98,15 @@ class _Child:
             if self._too_late:
                 raise _Ended("timed out", f"took longer than {timeout_s:g} s") from None
             raise _Ended("died", f"ended its process ({told})") from None
+        finally:
+            self._heard = False
+            self._close_ear()
+
+    def _close_ear(self) -> None:
+        """Close the pipe, when the process is gone and nobody waits for its words."""
+        if self._stopped and not self._heard:
+            with suppress(OSError):
+                self._process.stdout.close()  # type: ignore[union-attr]
 
     def _answer(self, timeout_s: float | None) -> Part:
         timer = None if timeout_s is None else threading.Timer(timeout_s, self._late)
@@ -124,6 +134,8 @@ class _Child:
             self._process.wait(0.5)
         code = self._process.returncode
         end(self._process)
+        self._stopped = True
+        self._close_ear()
         if code is None:
             return "it was ended"
         if code < 0:

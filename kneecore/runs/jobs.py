@@ -1,5 +1,6 @@
 """A work on its way to another process."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -34,8 +35,10 @@ class Sent:
     digest: str
     n_outputs: int
     by_row: bool
+    origin: int
+    """The process that it comes from."""
 
 
 def sent(job: Job) -> Sent:
     """Return a job in a form that goes to another process quickly."""
-    return Sent(job.blob, job.digest, job.work.n_outputs, job.work.by_row)
+    return Sent(job.blob, job.digest, job.work.n_outputs, job.work.by_row, os.getpid())
