@@ -4,16 +4,17 @@ import contextlib
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
-from kneecore.cli.knee_options import KneeOptions, OutputOptions
+from kneecore.cli.knee_options import OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.search.settings import SearchSettings
 
 if TYPE_CHECKING:
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Progress
     from kneecore.search.result import SearchResult
 
@@ -21,8 +22,8 @@ COMMAND = "python -m kneecore.search"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Find the two most different knees within the uncertainty of the parameters.
+class _Options(OutputOptions, ModelOptions):
+    """Find the two most different knees, or models of your own, within their uncertainty.
 
     A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
     the model itself), or climbs with exact gradients do; the best pair is always computed again in
@@ -35,20 +36,18 @@ class _Options(OutputOptions, KneeOptions):
     repaired surrogate), and show by how much each falls short of the best f that any has found."""
 
 
-Options = with_flags(
-    _Options, SearchSettings, {"objective": Literal["all", "extension", "flexion"]}
-)
+Options = with_flags(_Options, SearchSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
+def _checked(options: _Options) -> tuple["Model", SearchSettings]:
     """Refuse what can be refused before anything is computed or written."""
     from kneecore.files.folder import prepare_folder
 
-    knee = options.knee()
-    settings = settings_from(SearchSettings, options).of(knee)
+    model = options.subject()
+    settings = settings_from(SearchSettings, options).of(model)
     if options.out is not None:
         prepare_folder(options.out, force=options.force)
-    return knee, settings
+    return model, settings
 
 
 def _find(options: _Options) -> tuple["SearchResult", bool]:
@@ -59,12 +58,13 @@ def _find(options: _Options) -> tuple["SearchResult", bool]:
     from kneecore.search.worst_case import worst_case
 
     def work(stop: threading.Event) -> "SearchResult":
-        knee, settings = _checked(options)
+        model, settings = _checked(options)
+        show.unit = model.objective_unit
 
         def callback(report: "Progress") -> object:
             return show(report) or stop.is_set()
 
-        result = worst_case(knee, settings, callback=callback)
+        result = worst_case(model, settings, callback=callback)
         if options.compare and not stop.is_set():
             # Interrupted meanwhile: the result is there and is worth keeping.
             with contextlib.suppress(Cancelled):

@@ -9,7 +9,8 @@ import tyro
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
-from kneecore.cli.knee_options import KneeOptions, OutputOptions
+from kneecore.cli.knee_options import OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import (
     BoundSweepSettings,
@@ -19,7 +20,7 @@ from kneecore.study.settings import (
 
 if TYPE_CHECKING:
     from kneecore.files.bound_study import BoundStudy
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Callback
     from kneecore.study.training_sweep import TrainingSweep
 
@@ -27,7 +28,7 @@ COMMAND = "python -m kneecore.sweep"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Training(OutputOptions, KneeOptions):
+class _Training(OutputOptions, ModelOptions):
     """Tell how many runs a surrogate should learn from.
 
     Trains surrogates on more and more runs, searches for the worst case in each, and holds gap,
@@ -37,8 +38,8 @@ class _Training(OutputOptions, KneeOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Bound(OutputOptions, KneeOptions):
-    """Tell how accurately the geometry must be known.
+class _Bound(OutputOptions, ModelOptions):
+    """Tell how accurately the geometry, or the inputs of a model of your own, must be known.
 
     Finds the exact worst case for each bound on the geometry, and the largest bound with which
     every knee still extends far enough. The slope's bound changes in proportion; the material's
@@ -52,19 +53,19 @@ Bound = with_flags(with_flags(_Bound, NeededAccuracySettings), BoundSweepSetting
 
 
 def _sweep_training(
-    options: _Training, knee: "Knee", callback: "Callback"
+    options: _Training, model: "Model", callback: "Callback"
 ) -> "TrainingSweep | None":
     from kneecore.progress import Cancelled
     from kneecore.study.training_sweep import training_sweep
 
     settings = settings_from(TrainingSweepSettings, options)
     try:
-        return training_sweep(knee, settings, callback=callback)
+        return training_sweep(model, settings, callback=callback)
     except Cancelled:
         return None
 
 
-def _sweep_bounds(options: _Bound, knee: "Knee", callback: "Callback") -> "BoundStudy | None":
+def _sweep_bounds(options: _Bound, model: "Model", callback: "Callback") -> "BoundStudy | None":
     from dataclasses import replace
 
     from kneecore.files.bound_study import BoundStudy
@@ -75,11 +76,13 @@ def _sweep_bounds(options: _Bound, knee: "Knee", callback: "Callback") -> "Bound
     settings = settings_from(BoundSweepSettings, options)
     asked = settings_from(NeededAccuracySettings, options)
     if asked.largest is None:
-        asked = replace(asked, largest=max(*knee.sizes, *(settings.sizes or ())))
+        asked = replace(asked, largest=max(*model.sizes, *(settings.sizes or ())))
     study = None
     try:
-        study = BoundStudy(sweep=bound_sweep(knee, settings, callback=callback))
-        study.need = needed_accuracy(knee, asked, callback=callback)
+        study = BoundStudy(sweep=bound_sweep(model, settings, callback=callback))
+        # Nobody has said of a model of one's own what is good enough, unless asked with --within.
+        if asked.within is not None or model.goal is not None:
+            study.need = needed_accuracy(model, asked, callback=callback)
     except Cancelled:
         pass
     return study
@@ -93,7 +96,7 @@ def _sweep(options: _Training | _Bound, stop: threading.Event, show: "Callback")
     """Return what has been computed, or None."""
     from kneecore.files.folder import prepare_folder
 
-    knee = options.knee()
+    model = options.subject()
     if options.out is not None:
         prepare_folder(options.out, force=options.force, holds=_file(options))
 
@@ -101,8 +104,8 @@ def _sweep(options: _Training | _Bound, stop: threading.Event, show: "Callback")
         return show(report) or stop.is_set()
 
     if isinstance(options, _Training):
-        return _sweep_training(options, knee, callback)
-    return _sweep_bounds(options, knee, callback)
+        return _sweep_training(options, model, callback)
+    return _sweep_bounds(options, model, callback)
 
 
 def _save(options: _Training | _Bound, done: Any) -> None:

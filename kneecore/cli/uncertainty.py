@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
-from kneecore.cli.knee_options import File, KneeOptions, OutputOptions
+from kneecore.cli.knee_options import File, OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
 if TYPE_CHECKING:
     from kneecore.files.study import Study
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Callback, Progress
     from kneecore.search.result import SearchResult
 
@@ -21,15 +22,15 @@ COMMAND = "python -m kneecore.uncertainty"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Sample the true model within the uncertainty of the parameters, and tell which decide.
+class _Options(OutputOptions, ModelOptions):
+    """Sample the knees, or a model of your own, within its uncertainty, and tell what decides.
 
     The packaged baseline is a reconstruction: the parameter table of Ciszkiewicz & Dumas 2024 is
     not available.
     """
 
     influence: bool = False
-    """Compute Sobol' indices of the 12 angles as well."""
+    """Compute Sobol' indices of the outputs (the 12 angles) as well."""
     result: File = None
     """A result.json of a search with the same bounds, to be held against the samples."""
 
@@ -37,22 +38,22 @@ class _Options(OutputOptions, KneeOptions):
 Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
+def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
     from kneecore.files.folder import prepare_folder
     from kneecore.files.study import STUDY_FILE
     from kneecore.search.result import SearchResult
     from kneecore.study.comparison import check_comparable
 
-    knee = options.knee()
+    model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
     for kind in (SamplingSettings, InfluenceSettings):
         settings_from(kind, options)
     if worst is not None:
-        check_comparable(worst, knee)
+        check_comparable(worst, model)
     if options.out is not None:
         prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
-    return knee, worst
+    return model, worst
 
 
 def _study(options: _Options, stop: threading.Event, show: "Callback") -> "Study":
@@ -60,13 +61,13 @@ def _study(options: _Options, stop: threading.Event, show: "Callback") -> "Study
     from kneecore.study.comparison import compare_with_sampling
     from kneecore.study.monte_carlo import monte_carlo
 
-    knee, worst = _checked(options)
+    model, worst = _checked(options)
 
     def callback(report: "Progress") -> object:
         return show(report) or stop.is_set()
 
     sampled = monte_carlo(
-        knee,
+        model,
         settings_from(SamplingSettings, options),
         marks=None if worst is None else worst.y,
         callback=callback,
@@ -113,6 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
     from kneecore.cli.progress import ProgressDisplay
+    from kneecore.progress import Cancelled
 
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
@@ -127,6 +129,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KneecoreError as error:
         names = flag_names(SamplingSettings, InfluenceSettings) | {"folder": "--out"}
         return run.fail(COMMAND, error, options, names)
+    except Cancelled:
+        run.say(COMMAND, "interrupted before there were two samples; nothing was saved")
+        return run.INTERRUPTED
     except KeyboardInterrupt:
         run.say(COMMAND, "interrupted while writing; nothing was saved")
         return run.INTERRUPTED
