@@ -1,5 +1,6 @@
 """Workers beyond one machine: those of a dask.distributed scheduler."""
 
+import socket
 import time
 from concurrent.futures import Future
 from importlib.util import find_spec
@@ -37,7 +38,7 @@ class Cluster:
     Raises
     ------
     ParameterError
-        If dask.distributed is not installed, or the address is none.
+        If dask.distributed is not installed.
     ModelError
         If no scheduler answers there, or it has no workers.
     """
@@ -57,15 +58,13 @@ class Cluster:
 
     def _connected(self) -> Any:
         try:
+            # Somebody must listen there: distributed would try for long, and leave a client behind.
+            host, _, port = self.address.partition("://")[2].rpartition(":")
+            socket.create_connection((host.strip("[]"), int(port)), CONNECT_S).close()
             client = distributed.Client(self.address, timeout=CONNECT_S, set_as_default=False)
-        except ValueError as error:
-            said = " ".join(str(error).split())
-            raise ParameterError(
-                f"`workers` is {self.address!r} ({said}); a number, an executor or an address "
-                "such as 'tcp://host:8786' is allowed"
-            ) from None
         except Exception as error:  # of several libraries, depending on the protocol
-            said = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+            said = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
+            said = " ".join(str(said).split())[:200]
             raise ModelError(f"no scheduler answers at {self.address} ({said})") from None
         try:
             client.wait_for_workers(1, timeout=CONNECT_S)

@@ -1,5 +1,6 @@
 """How a model's runs are done."""
 
+import re
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -10,6 +11,7 @@ from kneecore.errors import ParameterError
 __all__ = ["OnFailure", "RunOptions", "is_executor"]
 
 OnFailure = Literal["continue", "abort"]
+_ADDRESS = re.compile(r"(?:tcp|tls)://(?:[\w.-]{1,200}|\[[0-9a-fA-F:.]{2,50}\]):[0-9]{1,5}", re.A)
 LONGEST_TIMEOUT_S = 30 * 86_400.0
 
 
@@ -39,7 +41,7 @@ class RunOptions:
     def __post_init__(self) -> None:
         workers = self.workers
         if isinstance(workers, str):
-            if "://" not in workers or not workers.isprintable() or len(workers) > 200:
+            if not _ADDRESS.fullmatch(workers):
                 raise self._wrong_workers()
         elif workers is not None and not is_executor(workers):
             allowed = (

@@ -82,7 +82,11 @@ class JsonOutput(_Output):
 
     def __call__(self, folder: Path) -> list[float]:
         """Return the numbers."""
-        document = parse_json(_content(folder, self.file), LARGEST)
+        content = _content(folder, self.file)
+        try:
+            document = parse_json(content, LARGEST)
+        except FileFormatError as error:
+            raise FileFormatError(f"{self.file}: {error}") from None
         numbers: list[float] = []
         for key in self.keys:
             value = self._at(document, key)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from run_models import Failing, many, plain, points, square
+from run_models import Failing, many, points, square
 
 import kneecore
 from kneecore import FileFormatError, OutputError, SamplingSettings
@@ -19,16 +19,6 @@ from kneecore.runs.log import RunLog
 from kneecore.runs.part import Trouble
 
 X = points(30)
-
-
-def counted(run):
-    calls = []
-
-    def counting(x):
-        calls.append(x)
-        return run(x)
-
-    return counting, calls
 
 
 def test_what_was_done_is_not_done_again(tmp_path):
@@ -189,9 +179,3 @@ def test_a_killed_study_goes_on_to_the_same_bytes(tmp_path, workers):
     assert resumed[:2] == whole[:2]
     assert abs(int(resumed[2]) - n_kept) <= 2  # a worker's last runs may have come meanwhile
     assert file.read_bytes().count(b"\n") == 151
-
-
-def test_counted():
-    run, calls = counted(plain)
-    square(run).evaluate(X)
-    assert len(calls) == len(X)
