@@ -244,7 +244,9 @@ class Flow:
         return first.done
 
     def abandon(self) -> None:
-        """Let nothing more come back."""
+        """Let nothing more come back; where all has, the workers stay as they are."""
+        if not self._flight:
+            return
         for future in self._flight:
             future.cancel()
         self._pool.abandon()

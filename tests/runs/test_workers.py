@@ -62,6 +62,17 @@ def test_the_same_bytes_as_here(made, run):
     np.testing.assert_array_equal(made(run, workers=2).evaluate(X), made(run).evaluate(X))
 
 
+def test_workers_stay_for_the_next_points(made):
+    def run(x):
+        return [float(os.getpid()), x[0]]
+
+    model = made(run, workers=2)
+    first, second = (set(model.evaluate(X)[:, 0]) for _ in range(2))
+    assert first == second
+    assert len(first) == 2
+    assert os.getpid() not in first
+
+
 def test_functions_that_have_no_name_can_be_sent(made):
     factor = np.array([2.0, 3.0])
     there, here = (made(lambda x: factor * x, workers=w).evaluate(X) for w in (2, None))
