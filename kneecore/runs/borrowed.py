@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._threads import available_cores
+from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.hands import Hand
 from kneecore.runs.jobs import Job, Sent, sent
 from kneecore.runs.part import Part, join
@@ -51,6 +52,8 @@ def _star(given: tuple[Any, ...]) -> Part:
 
 class Borrowed:
     """An executor of somebody else's: of concurrent.futures, loky, Dask, MPI."""
+
+    target_s = TARGET_S
 
     def __init__(self, executor: Any, timeout_s: float | None, retries: int) -> None:
         self._executor, self._options = executor, (timeout_s, retries)

@@ -15,9 +15,9 @@ __all__ = ["Cutter", "Pace"]
 FloatArray = NDArray[np.float64]
 TARGET_S = 0.25
 """Wall time of a chunk."""
-PER_WORKER_S = 0.002
-"""Wall time of a chunk, for each worker: a scheduler that gives out some hundreds of chunks a
-second then has time for as many workers as there are."""
+PER_WORKER_S = 0.004
+"""Wall time of a chunk, for each worker: what one costs those who give it out, with room to spare,
+so that they keep up with as many workers as there are."""
 GROWTH = 8
 """How much larger than the largest measured a chunk may be: first runs are like no others."""
 MOST_ROWS = 16_384
@@ -32,9 +32,12 @@ class Pace:
     ----------
     by_row : bool
         Whether one row is run after the other.
+    target_s : float
+        Wall time of a chunk, at least.
     """
 
-    def __init__(self, *, by_row: bool) -> None:
+    def __init__(self, *, by_row: bool, target_s: float = TARGET_S) -> None:
+        self._target_s = target_s
         self._first = 1 if by_row else FIRST_ROWS
         self._largest = 0
         self.cost_s: float | None = None
@@ -55,7 +58,7 @@ class Pace:
         """Return how many rows the next chunk has; `left` is how many there are, where known."""
         if self.cost_s is None:
             return self._first
-        target = max(TARGET_S, PER_WORKER_S * n_workers)
+        target = max(self._target_s, PER_WORKER_S * n_workers)
         rows = min(target / self.cost_s, GROWTH * self._largest, MOST_ROWS)
         if left is not None and n_workers > 1:
             rows = min(rows, np.ceil(left / (2 * n_workers)))

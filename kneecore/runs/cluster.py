@@ -43,6 +43,9 @@ class Cluster:
         If no scheduler answers there, or it has no workers.
     """
 
+    target_s = 1.0
+    """A scheduler and its workers take some milliseconds from one chunk to the next."""
+
     def __init__(self, address: str, timeout_s: float | None, retries: int) -> None:
         if find_spec("distributed") is None:
             raise ParameterError(

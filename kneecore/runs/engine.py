@@ -171,7 +171,7 @@ class Engine:
         pool = self._workers()
         if self._job is None or self._job.work is not work:
             self._job = Job(work)
-        pace = Pace(by_row=work.by_row)
+        pace = Pace(by_row=work.by_row, target_s=pool.target_s)
         whole = isinstance(pool, Here) and not work.by_row
         cutter = Cutter(batches, None if whole else pace)
         flow = Flow(

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
+from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.child import read_message, write_message
 from kneecore.runs.jobs import Job, Sent, sent
 from kneecore.runs.part import Part, Trouble, failed_part, join
@@ -40,7 +41,8 @@ _ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-_CODE = "import sys; sys.path[:] = {path!r}; from kneecore.runs.child import main; main()"
+_CODE = "import sys; sys.path[:] = {path!r}; from kneecore.runs.chunks import TARGET_S
+from kneecore.runs.child import main; main()"
 
 
 class _Ended(Exception):
@@ -202,6 +204,8 @@ class Hand:
 
 class Hands:
     """Several workers on this machine, each with one process."""
+
+    target_s = TARGET_S
 
     def __init__(self, n_workers: int, timeout_s: float | None, retries: int) -> None:
         self.n_workers = n_workers

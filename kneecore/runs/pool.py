@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
+from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.jobs import Job
 from kneecore.runs.part import Part, join
 
@@ -20,6 +21,8 @@ class Pool(Protocol):
     """Those who do the runs."""
 
     n_workers: int
+    target_s: float
+    """How long a chunk should take."""
 
     def submit(self, job: Job, x: FloatArray, observe: bool) -> "Future[Part]":
         """Give points (n, d) to one of them."""
@@ -42,6 +45,7 @@ class Here:
     """The thread that asks."""
 
     n_workers = 1
+    target_s = TARGET_S
 
     def submit(self, job: Job, x: FloatArray, observe: bool) -> "Future[Part]":
         """Do it at once."""
@@ -61,6 +65,8 @@ class Here:
 
 class Threads:
     """Threads of this process: enough where each run is a process of its own."""
+
+    target_s = TARGET_S
 
     def __init__(self, n_workers: int, stop: Callable[[], object]) -> None:
         self.n_workers, self._stop = n_workers, stop

@@ -12,7 +12,7 @@ Examples
 >>> CsvOutput("out.csv", "gain")(folder)
 [1.5, 2.5]
 >>> _ = (folder / "stdout.txt").write_text("f_1 = 3.2 Hz\nf_2 = 8 Hz\n")
->>> TextOutput("stdout.txt", r"f_\\d = (\\S+)")(folder)
+>>> TextOutput("stdout.txt", r"f_\d = (\S+)")(folder)
 [3.2, 8.0]
 """
 

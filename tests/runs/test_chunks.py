@@ -21,7 +21,7 @@ def test_the_first_chunks_are_small():
     [
         (10.0, 4, None, 1),  # a slow run is a chunk of its own
         (0.01, 4, None, 25),  # a quarter of a second
-        (0.01, 1000, None, 200),  # 2 ms a worker: a scheduler has to give out all of them
+        (0.01, 1000, None, 400),  # 4 ms a worker: a scheduler has to give out all of them
         (0.01, 4, 40, 5),  # towards the end smaller, so that all end together
         (0.01, 1, 40, 25),
         (1e-9, 4, None, MOST_ROWS),
