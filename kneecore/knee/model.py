@@ -19,8 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
+from kneecore._second_compiler import compile_apart
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
+from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import flexion_of, respond
@@ -272,6 +274,14 @@ class Knee(Model):
 
     def warm_up(self, *, gradient: bool = False) -> None:
         """Run each of the knee's kernels once."""
-        simulate(self.space.baseline, solver=self.solver)
         if gradient:
+            at_rest_compiled = compile_apart("kneecore.knee.model:_compile_at_rest")
+            simulate(self.space.baseline)
+            at_rest_compiled()
             flexion_gradient(self.space.baseline)
+        simulate(self.space.baseline, solver=self.solver)
+
+
+def _compile_at_rest() -> None:
+    """Compile the solver of the knees at rest: the larger half of an exact search's kernels."""
+    simulate(packaged_knee().baseline, solver="equilibrium")

@@ -41,13 +41,15 @@ class KernelWarmUp:
             for post in self._waiting:
                 post(("ready", what), None)
 
+    def _model_ready(self) -> None:
+        knee = Knee()
+        knee.trajectory(knee.nominal)
+        self._announce("model")
+
     def _run(self) -> None:
         try:
             knee = Knee()
-            knee.simulate(knee.nominal)
-            self._announce("model")
-            knee.trajectory(knee.nominal)
-            warm_up(knee)
+            warm_up(knee, model_ready=self._model_ready)
             warm_up(knee, SearchSettings(search_space="model"))
             self._announce("search")
             warm_up(Knee(solver="equilibrium"), SearchSettings(method="exact"))
