@@ -21,8 +21,10 @@ from kneecore._threads import available_cores
 
 __all__ = ["compile_apart"]
 
-_PATIENCE_S = 60.0
-"""Far more than any part takes: a process that hangs must not hold this one up for ever."""
+_BEHIND = "import os; hasattr(os, 'nice') and os.nice(10)"
+"""Where there is not a core for each, the process that somebody waits for goes first."""
+_PATIENCE_S = 15.0
+"""Twice what a part takes on an idle core: on a busy machine, or should it hang, we do it here."""
 
 
 @cache
@@ -43,7 +45,7 @@ def _started(place: str) -> "subprocess.Popen[bytes] | None":
     paths = [here, *filter(None, [os.environ.get("PYTHONPATH")])]
     with suppress(OSError):  # no room for another process, say
         return subprocess.Popen(
-            [sys.executable, "-c", f"from {module} import {function} as part; part()"],
+            [sys.executable, "-c", f"{_BEHIND}; from {module} import {function} as part; part()"],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

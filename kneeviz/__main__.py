@@ -143,6 +143,10 @@ def start(options: Options) -> "App":
         from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
+    from kneeviz.server.kernels import KernelWarmUp
+
+    kernels = KernelWarmUp()
+    kernels.start()  # before viser is imported: at a first start every tenth of a second counts
     from kneeviz.server.app import App
 
     app = App(
@@ -153,6 +157,7 @@ def start(options: Options) -> "App":
         shared=not options.per_visitor,
         token=token,
         allow_hosts=options.allow_host,
+        kernels=kernels,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):

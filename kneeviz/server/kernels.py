@@ -19,8 +19,10 @@ class KernelWarmUp:
         self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
 
     def start(self) -> None:
-        """Start compiling."""
-        self._thread.start()
+        """Start compiling, if that has not been done yet."""
+        with self._lock:
+            if self._thread.ident is None:
+                self._thread.start()
 
     def tell(self, post: Post) -> None:
         """Post ("ready", what) for what is ready, now and later."""
