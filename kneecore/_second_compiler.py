@@ -1,15 +1,15 @@
 """A second process that compiles too, at the first start of all.
 
 Numba compiles under one lock, so threads cannot share the work out; a process beside this one that
-fills the same cache can. It is started only where nothing is compiled yet and a core is free. It is
-a helper and no more: whatever becomes of it, the kernels that it has not left in the cache are
-compiled here, and no result depends on who compiled.
+fills the same cache can. There is one only where nothing is compiled yet and a core is free, and it
+ends with this one. It is a helper and no more: whatever becomes of it, the kernels that it has not
+left in the cache are compiled here, and no result depends on who compiled.
 """
 
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+import threading
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -19,59 +19,90 @@ from numba.core import config
 from kneecore import _jit
 from kneecore._threads import available_cores
 
-__all__ = ["compile_apart"]
+__all__ = ["compile_apart", "wait_for"]
 
-_BEHIND = "import os; hasattr(os, 'nice') and os.nice(10)"
-"""Where there is not a core for each, the process that somebody waits for goes first."""
-_PATIENCE_S = 15.0
-"""Twice what a part takes on an idle core: on a busy machine, or should it hang, we do it here."""
+_PROGRAM = """
+import importlib, sys
+for line in sys.stdin:
+    module, function = line.strip().split(":")
+    getattr(importlib.import_module(module), function)()
+    print(line, end="", flush=True)
+"""
+_PATIENCE_S = 20.0
+"""Three times what a part takes on an idle core: should it hang, the kernels are compiled here."""
+
+
+class _SecondProcess:
+    """It is given functions to call, one after the other, and tells of each when it is done."""
+
+    def __init__(self) -> None:
+        here = str(Path(__file__).resolve().parents[1])
+        paths = [here, *filter(None, [os.environ.get("PYTHONPATH")])]
+        self._done: dict[str, threading.Event] = {}
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        threading.Thread(target=self._listen, name="second-compiler", daemon=True).start()
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._done[line.strip()].set()
+        for done in list(self._done.values()):  # it has ended, with this or without
+            done.set()
+
+    def call(self, place: str) -> None:
+        """Let it call a function, once."""
+        if place in self._done:
+            return
+        self._done[place] = threading.Event()
+        assert self._process.stdin is not None
+        try:
+            print(place, file=self._process.stdin, flush=True)
+        except OSError:  # it has ended already
+            self._done[place].set()
+
+    def wait_for(self, place: str) -> None:
+        if place in self._done:
+            self._done[place].wait(_PATIENCE_S)
 
 
 @cache
-def _worth_it() -> bool:
-    """Tell whether nothing was compiled at the start, and a second process can help."""
+def _second_process() -> _SecondProcess | None:
+    """Return it if nothing was compiled when it was first asked for, and it can help."""
     folder = _jit.cache_folder()
     if folder is None or config.DISABLE_JIT or available_cores() < 2:
-        return False
+        return None
     # A program that embeds Python may name itself as the executable.
-    python = sys.executable is not None and Path(sys.executable).stem.startswith("python")
-    return python and next(folder.glob("*/*.nbi"), None) is None
-
-
-@cache
-def _started(place: str) -> "subprocess.Popen[bytes] | None":
-    module, function = place.split(":")
-    here = str(Path(__file__).resolve().parents[1])
-    paths = [here, *filter(None, [os.environ.get("PYTHONPATH")])]
+    if not Path(sys.executable or "").stem.startswith("python"):
+        return None
+    if next(folder.glob("*/*.nbi"), None) is not None:
+        return None
     with suppress(OSError):  # no room for another process, say
-        return subprocess.Popen(
-            [sys.executable, "-c", f"{_BEHIND}; from {module} import {function} as part; part()"],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        return _SecondProcess()
     return None
 
 
-def compile_apart(place: str) -> Callable[[], None]:
-    """Let a second process call a function that compiles, if that is worth it; once in a process.
+def compile_apart(place: str) -> None:
+    """Let the second process call a function that compiles, after those that it was given before.
 
     Parameters
     ----------
     place : str
         "module:function", without arguments.
-
-    Returns
-    -------
-    callable
-        Waits until the second process has ended, if there is one.
     """
-    second = _started(place) if _worth_it() else None
+    second = _second_process()
+    if second is not None:
+        second.call(place)
 
-    def wait() -> None:
-        if second is not None:
-            with suppress(subprocess.TimeoutExpired):
-                second.wait(_PATIENCE_S)
 
-    return wait
+def wait_for(place: str) -> None:
+    """Wait until a function that the second process was given has been called, if it was."""
+    second = _second_process()
+    if second is not None:
+        second.wait_for(place)

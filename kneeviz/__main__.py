@@ -145,8 +145,7 @@ def start(options: Options) -> "App":
         result = SearchResult.load(options.result)
     from kneeviz.server.kernels import KernelWarmUp
 
-    kernels = KernelWarmUp()
-    kernels.start()  # before viser is imported: at a first start every tenth of a second counts
+    kernels = KernelWarmUp()  # at a first start they are compiled while viser is imported
     from kneeviz.server.app import App
 
     app = App(

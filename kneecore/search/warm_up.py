@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kneecore._second_compiler import compile_apart
+from kneecore._second_compiler import compile_apart, wait_for
 from kneecore.model import Model
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
@@ -14,6 +14,7 @@ from kneecore.search.settings import SearchSettings
 
 __all__ = ["warm_up"]
 
+_GENERATIONS = "kneecore.search.warm_up:compile_generations"
 _POINTS = np.array([[0.0], [0.5], [1.0]])
 
 
@@ -42,14 +43,14 @@ def warm_up(
         if not exact:
             maximize(lambda x: x[:, 0], np.zeros(2), np.ones(2), pop_size=10, n_generations=1)
         return
-    generations_compiled = compile_apart("kneecore.search.warm_up:compile_generations")
+    compile_apart(_GENERATIONS)
     model.warm_up()
     told()
     surrogate = _surrogate()
     surrogate(_POINTS)
     if exact:
         surrogate.weighted_gradient(_POINTS, _POINTS)
-    generations_compiled()
+    wait_for(_GENERATIONS)
     compile_generations()
 
 

@@ -18,11 +18,11 @@ class KernelWarmUp:
         self._waiting: list[Post] = []
         self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
 
+        Knee.compile_ahead()
+
     def start(self) -> None:
-        """Start compiling, if that has not been done yet."""
-        with self._lock:
-            if self._thread.ident is None:
-                self._thread.start()
+        """Start compiling here."""
+        self._thread.start()
 
     def tell(self, post: Post) -> None:
         """Post ("ready", what) for what is ready, now and later."""
