@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
-from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.child import read_message, write_message
+from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.jobs import Job, Sent, sent
 from kneecore.runs.part import Part, Trouble, failed_part, join
 from kneecore.runs.processes import end, started
@@ -41,8 +41,7 @@ _ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-_CODE = "import sys; sys.path[:] = {path!r}; from kneecore.runs.chunks import TARGET_S
-from kneecore.runs.child import main; main()"
+_CODE = "import sys; sys.path[:] = {path!r}; from kneecore.runs.child import main; main()"
 
 
 class _Ended(Exception):
