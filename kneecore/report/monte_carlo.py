@@ -8,7 +8,7 @@ from rich.text import Text
 
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
-from kneecore.report.outputs import heading, label, origin, shown
+from kneecore.report.outputs import failure_lines, heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.monte_carlo import MonteCarloResult
 
@@ -62,10 +62,13 @@ def _footer(study: MonteCarloResult) -> str:
     }
     became = [f"{study.n_failed} failed"]
     became += [f"{counts[kind]} {words}" for kind, words in kinds.items() if kind in counts]
-    return (
+    lines = [
         f"{study.n_samples:,} samples{cut} ({told}, seed {settings.seed}): "
-        f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.\n{origin(study.model)}"
-    )
+        f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.",
+        *failure_lines(study.model),
+        origin(study.model),
+    ]
+    return "\n".join(lines)
 
 
 def _parts(study: MonteCarloResult) -> Sequence[RenderableType]:

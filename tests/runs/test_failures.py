@@ -109,6 +109,20 @@ def test_a_search_tells_why_all_failed():
     )
 
 
+def test_a_report_tells_why_runs_failed():
+    found = kneecore.worst_case(
+        square(Failing("raises", above=0.7)),
+        kneecore.SearchSettings(training_samples=30, pop_size=20, n_generations=3),
+    )
+    first = found.model.failures[0]
+    assert f"Failed: run {first.number} raised ValueError: no convergence.\n" in str(found)
+    n = found.counts["models_failed"]
+    assert f"All {n} are in `model.failures`." in str(found)
+    assert len(found.model.failures) == n > 3
+    study = kneecore.monte_carlo(square(Failing("nan")), SamplingSettings(n_samples=20))
+    assert "returned NaN or infinity for 1 of 2 outputs." in str(study)
+
+
 def test_one_failed_output_costs_that_output():
     settings = SamplingSettings(n_samples=3000)
     gappy = kneecore.monte_carlo(square(Failing("nan")), settings)
