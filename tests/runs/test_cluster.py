@@ -56,10 +56,15 @@ def made(cluster):
         model.close()
 
 
-def after(seconds, do):
-    thread = threading.Timer(seconds, do)
-    thread.daemon = True
-    thread.start()
+def when_written(file, n_lines, do):
+    """Do something as soon as a file has some lines."""
+
+    def wait():
+        while not (file.exists() and file.read_bytes().count(b"\n") > n_lines):
+            time.sleep(0.01)
+        do()
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def kill_one(cluster):
@@ -81,7 +86,7 @@ def test_a_killed_worker_costs_time_only(made, cluster, tmp_path):
 
     model = made(run, keep=tmp_path / "kept")
     before = {worker.pid for worker in cluster.workers.values()}
-    after(0.5, lambda: kill_one(cluster))
+    when_written(log, 30, lambda: kill_one(cluster))
     done = model.examine(X)
     np.testing.assert_array_equal(done.y, [plain(x) for x in X])
     assert done.counts == {"failed": 0, "reused": 0}
@@ -105,19 +110,19 @@ def test_runs_that_crash_or_hang_take_no_worker_along(made, cluster):
 
 def test_many_knees_less_one_worker(cluster):
     """Here fewer of them: `tests/benchmarks/parallel.py` does a million."""
-    settings = SamplingSettings(n_samples=30_000)
+    settings = SamplingSettings(n_samples=16_000)
     knee = kneecore.Knee(workers=cluster.scheduler_address)
     killed = []
 
     def callback(report):
-        if report.done > 5000 and not killed:
+        if report.done > 3000 and not killed:
             killed.append(kill_one(cluster))
 
     there = kneecore.monte_carlo(knee, settings, callback=callback)
     here = kneecore.monte_carlo(kneecore.Knee(), settings)
     assert killed
     assert there.counts == here.counts
-    assert there.n_samples == 30_000
+    assert there.n_samples == 16_000
     np.testing.assert_array_equal(there.y.mean, here.y.mean)
     np.testing.assert_array_equal(there.y.percentile_lower, here.y.percentile_lower)
     knee.close()
@@ -151,15 +156,13 @@ def test_a_scheduler_that_goes_away(tmp_path):
     gone = started()
     model = square(slow, workers=gone.scheduler_address, keep=keep)
     address = gone.scheduler_address
-    after(1.0, gone.close)
-    began = time.monotonic()
+    when_written(keep, 20, gone.close)
     with pytest.raises(ModelError) as error:
         model.evaluate(points(2000))
     assert str(error.value) == f"the scheduler at {address} has gone"
-    assert time.monotonic() - began < 20.0
     model.close()
     n_kept = keep.read_bytes().count(b"\n") - 1
-    assert 20 < n_kept < 2000
+    assert 20 <= n_kept < 2000
     again = square(slow, keep=keep).examine(points(2000)[:n_kept])
     assert again.counts["reused"] > 0.9 * n_kept
 
