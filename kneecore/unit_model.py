@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.model import Model
+from kneecore.progress import Cancelled
 from kneecore.runs.part import Watch
 
 __all__ = ["UnitModel"]
@@ -35,8 +36,10 @@ class UnitModel:
         `Cancelled`).
         """
         x = self.model.from_free_unit(u)
-        # A model that examines in a way of its own need not know of being watched.
-        done = self.model.examine(x) if watch is None else self.model.examine(x, watch=watch)
+        # As a stream, for a model that examines in a way of its own need not know of a watch.
+        done = next(self.model.stream([x], watch=watch), None)
+        if done is None or len(done.y) < len(x):
+            raise Cancelled
         self.n_simulated += len(u)
         for name, count in done.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count

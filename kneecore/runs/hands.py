@@ -23,7 +23,7 @@ from kneecore.errors import ModelError
 from kneecore.runs.child import read_message, write_message
 from kneecore.runs.chunks import TARGET_S
 from kneecore.runs.jobs import Job, Sent, sent
-from kneecore.runs.part import Part, Trouble, failed_part, join
+from kneecore.runs.part import Part, Trouble, failed_part, join, with_count
 from kneecore.runs.processes import end, started
 
 __all__ = ["Hand", "Hands"]
@@ -155,7 +155,7 @@ class Hand:
     def run(self, job: Sent, x: FloatArray, observe: bool) -> Part:
         """Return what becomes of points, the runs that hang or crash marked as failed."""
         parts: list[Part] = []
-        done = tries = 0
+        done = tries = unknown = 0
         exact, alone = self.timeout_s is not None, False
         while done < len(x):
             last = done + 1 if alone else len(x)
@@ -164,7 +164,7 @@ class Hand:
             try:
                 child = self._ready(job)
                 for part in child.parts(job, x[done:last], observe, patience, self.timeout_s):
-                    parts.append(part)
+                    parts.append(part if not tries else with_count(part, "retried"))
                     done += len(part)
                     tries, began = 0, time.perf_counter()
             except _Ended as gone:
@@ -174,11 +174,14 @@ class Hand:
                 if last - done > 1 and not (exact and job.by_row):
                     # Which of them it was, nobody has said: once more, so that it will be known.
                     exact, alone = True, not job.by_row
+                    unknown = 1
                     continue
                 tries += 1
                 if tries > self.retries:
                     parts.append(self._failed(job, gone, time.perf_counter() - began, tries))
-                    done, tries = done + 1, 0
+                    done, tries, unknown = done + 1, 0, 0
+        if unknown:  # it has done it again without harm
+            parts[-1] = with_count(parts[-1], "retried")
         return join(parts)
 
     def _failed(self, job: Sent, gone: _Ended, seconds: float, tries: int) -> Part:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Evaluation", "Failure", "Part", "Trouble", "Watch", "failed_part", "join"]
+__all__ = ["Evaluation", "Failure", "Part", "Trouble", "Watch", "failed_part", "join", "with_count"]
 
 FloatArray = NDArray[np.float64]
 Watch = Callable[[int], object]
@@ -130,6 +130,12 @@ def join(parts: Sequence[Part]) -> Part:
         ),
         seconds=sum(p.seconds for p in parts),
     )
+
+
+def with_count(part: Part, name: str) -> Part:
+    """Return a part with one more run counted by a name."""
+    counts = {**part.done.counts, name: part.done.counts.get(name, 0) + 1}
+    return replace(part, done=replace(part.done, counts=counts))
 
 
 def failed_part(n_outputs: int, trouble: Trouble) -> Part:

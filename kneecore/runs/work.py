@@ -178,10 +178,12 @@ class BatchWork:
         began = time.perf_counter()
         pending = [(0, len(x))] if len(x) else []
         of_all: BaseException | None = None
+        retried = 0
         while pending:
             first, last = pending.pop()
-            error, seconds = self._fill(y[first:last], x[first:last])
+            error, seconds, tries = self._fill(y[first:last], x[first:last])
             if error is None:
+                retried += (last - first) * (tries > 1)
                 continue
             of_all = of_all or error
             # What has another shape has it for any points; what raised may do so for one of them.
@@ -195,19 +197,19 @@ class BatchWork:
         if len(troubles) == len(x) and isinstance(of_all, ParameterError):
             # It fails for any points: what it said of all of them says best how it is called.
             troubles[0] = _trouble(of_all, 0, 0.0, self.retries + 1)
-        yield _part(y, troubles, time.perf_counter() - began, 0)
+        yield _part(y, troubles, time.perf_counter() - began, retried)
 
-    def _fill(self, y: FloatArray, x: FloatArray) -> tuple[BaseException | None, float]:
-        """Put the outputs of points into `y`; return what the last try raised, and its time."""
+    def _fill(self, y: FloatArray, x: FloatArray) -> tuple[BaseException | None, float, int]:
+        """Put the outputs of points into `y`; return what the last try raised, its time, number."""
         raised: BaseException | None = None
-        for _ in range(self.retries + 1):
+        for tries in range(1, self.retries + 2):
             began = time.perf_counter()
             try:
                 y[:] = run_all(self.run, x, self.n_outputs)
-                return None, 0.0
+                return None, 0.0, tries
             except (Exception, SystemExit) as error:
                 raised = error
-        return raised, time.perf_counter() - began
+        return raised, time.perf_counter() - began, tries
 
 
 class ExamineWork:

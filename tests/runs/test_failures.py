@@ -99,6 +99,37 @@ def test_retries():
     assert {f.tries for f in model.failures} == {2}
 
 
+def test_a_batch_is_tried_again_too():
+    calls = []
+
+    def run(x):
+        calls.append(len(x))
+        if len(calls) == 1:
+            raise RuntimeError("licence server")
+        return many(x)
+
+    model = square(run, batched=True, retries=1)
+    assert model.examine(X).counts == {"failed": 0, "retried": len(X)}
+    assert calls == [len(X)] * 2
+
+
+class Own(Model):
+    """Examines in a way of its own, and knows of no watch."""
+
+    def examine(self, x, *, observe=False):
+        return super().examine(x)
+
+
+def test_a_model_with_an_examination_of_its_own_is_searched_and_sampled():
+    own, usual = (kind(plain, SQUARE, PAIR) for kind in (Own, Model))
+    how = kneecore.SearchSettings(training_samples=6, method="exact")
+    found = [kneecore.worst_case(m, how, callback=lambda _: False).x for m in (own, usual)]
+    np.testing.assert_array_equal(*found)
+    settings = SamplingSettings(n_samples=30)
+    sampled = [kneecore.monte_carlo(m, settings).y.mean for m in (own, usual)]
+    np.testing.assert_array_equal(*sampled)
+
+
 def test_a_search_tells_why_all_failed():
     model = square(lambda x: [np.nan, 1.0])
     with pytest.raises(ModelError) as error:

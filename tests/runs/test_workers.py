@@ -141,7 +141,9 @@ def test_a_run_that_died_is_tried_again(made, tmp_path):
         return plain(x)
 
     model = made(run, workers=2, retries=1)
-    np.testing.assert_array_equal(model.evaluate(X), [plain(x) for x in X])
+    done = model.examine(X)
+    np.testing.assert_array_equal(done.y, [plain(x) for x in X])
+    assert done.counts == {"failed": 0, "retried": np.count_nonzero(X[:, 0] > 0.9)}
     model = made(lambda x: os.kill(os.getpid(), signal.SIGKILL), workers=1, retries=1)
     with pytest.raises(ModelError, match=r"run 3 ended its process \(signal SIGKILL\); all of the"):
         model.evaluate(X)
