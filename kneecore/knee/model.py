@@ -151,6 +151,12 @@ class Knee(Model):
         """Half-range of every length and coordinate, mm."""
         return self.space.geometry_bound_mm
 
+    @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of other knees, or computed in another way."""
+        way = f"{self.solver} {self.rest_length}".encode()
+        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
         return self.with_space(with_geometry_bound(self.space, size))
