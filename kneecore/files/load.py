@@ -1,4 +1,8 @@
-"""Results read back: one way in for every type, one line for every fault."""
+"""Results read back: one way in for every type, one line for every fault.
+
+What a file says must agree with itself and with its digest. A file without one, of an earlier
+version or made by hand, is read with all other checks.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -6,6 +10,9 @@ from typing import Any
 from kneecore._arguments import file_name, shown, shown_name
 from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
+from kneecore.files.consistent import check_plain, check_same
+from kneecore.files.digest import check_digest
+from kneecore.files.study_relations import check_relations
 from kneecore.presented import Format, format_with_schema
 
 __all__ = ["MAX_BYTES", "from_json", "load", "load_with"]
@@ -27,7 +34,12 @@ def _read(document: dict[str, Any], form: Format) -> Any:
     if schema != form.schema:
         raise FileFormatError(f"`schema` is {schema!r}; {form.schema!r} is allowed")
     try:
-        return form.from_dict(document)
+        check_plain(document)
+        result = form.from_dict(document)
+        check_relations(result)
+        check_same(document, form.to_dict(result))
+        check_digest(document)
+        return result
     except FileFormatError:
         raise
     except KneecoreError as error:
