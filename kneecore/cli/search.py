@@ -42,12 +42,15 @@ Options = with_flags(
 
 def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
     """Refuse what can be refused before anything is computed or written."""
+    from kneecore.cli.budget import tell_budget
     from kneecore.files.folder import prepare_folder
+    from kneecore.search.budget import search_budget
 
     knee = options.knee()
     settings = settings_from(SearchSettings, options).of(knee)
     if options.out is not None:
         prepare_folder(options.out, force=options.force)
+    tell_budget(COMMAND, knee, search_budget(settings, knee), quiet=options.quiet or options.json)
     return knee, settings
 
 
