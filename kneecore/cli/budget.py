@@ -24,10 +24,19 @@ def _duration(seconds: float) -> str:
 
 
 def tell_budget(command: str, knee: "Knee", *budgets: "Budget | None", quiet: bool) -> None:
-    """Say on stderr what a run will take, if that is more than some seconds."""
+    """Say on stderr what a run will take, if that is more than some seconds.
+
+    Raises
+    ------
+    ParameterError
+        If the machine cannot do it.
+    """
     from kneecore._threads import thread_count
+    from kneecore.budget import check_budget
 
     known = [budget for budget in budgets if budget is not None]
+    for budget in known:
+        check_budget(budget)
     models = sum(budget.models for budget in known)
     seconds = models * _SECONDS_A_KNEE[knee.solver] / thread_count(knee.threads)
     seconds += sum(sum(budget.seconds.values()) for budget in known)

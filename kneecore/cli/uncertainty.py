@@ -39,7 +39,6 @@ Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
-    from kneecore.budget import check_budget
     from kneecore.cli.budget import tell_budget
     from kneecore.files.folder import prepare_folder
     from kneecore.files.study import STUDY_FILE
@@ -51,13 +50,11 @@ def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
     worst = None if options.result is None else SearchResult.load(options.result)
     asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
     budgets = [study_budget(settings, knee) for settings in asked[: 1 + options.influence]]
-    for budget in filter(None, budgets):
-        check_budget(budget)
     if worst is not None:
         check_comparable(worst, knee)
+    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     if options.out is not None:
         prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
-    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     return knee, worst
 
 

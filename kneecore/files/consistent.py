@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kneecore._arguments import shown
+from kneecore._version import versions
 from kneecore.errors import FileFormatError
 
 __all__ = ["check_equal", "check_finite_or_not", "check_holds", "check_plain", "check_same"]
@@ -55,12 +56,15 @@ def check_same(document: dict[str, Any], again: dict[str, Any]) -> None:
     Keys that the file lacks are from later versions; keys that the result lacks, and other words
     for the same numbers, are allowed to files of other versions.
     """
-    ours = document.get("versions", {}).get("kneecore") == again.get("versions", {}).get("kneecore")
+    written_by = document.get("versions", {}).get("kneecore")
+    ours = written_by in (None, versions()["kneecore"])
     _compare(document, again, "", ours=ours)
 
 
 def _compare(said: Any, follows: Any, where: str, *, ours: bool) -> None:
     if isinstance(said, dict) and isinstance(follows, dict):
+        if "[" in where and (left := [key for key in follows if key not in said]):
+            raise FileFormatError(f"`{where}` lacks {shown(left[0])}, which follows from the rest")
         for key, value in said.items():
             place = f"{where}.{key}" if where else str(key)
             if key in follows and (ours or key not in _WORDS):

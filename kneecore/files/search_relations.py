@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from kneecore.errors import FileFormatError
 from kneecore.files.consistent import check_equal, check_finite_or_not, check_holds
 from kneecore.knee.model import Knee
+from kneecore.knee.parameters import ALL_NAMES
 from kneecore.knee.response import Response
 from kneecore.model import Model
 from kneecore.search.problem import pair_value
@@ -24,8 +25,11 @@ _FIELDS = ("flexion", "tension", "contact_force", "indentation", "ap_position", 
 
 def check_within(where: str, model: Model, x: FloatArray) -> None:
     """Raise a `FileFormatError` if points, shape (n, d), are outside of the model's bounds."""
-    if x.ndim != 2 or x.shape[1] != len(model.inputs):
-        raise FileFormatError(f"`{where}` has shape {x.shape}; (n, {len(model.inputs)}) is allowed")
+    d = len(model.inputs)
+    if isinstance(model, Knee) and x.ndim == 2 and x.shape[1] == len(ALL_NAMES):
+        x = x[:, :d]  # rest lengths that are changed but held have no bounds
+    if x.ndim != 2 or x.shape[1] != d:
+        raise FileFormatError(f"`{where}` has shape {x.shape}; (n, {d}) is allowed")
     slack = 1e-9 * (model.upper - model.lower + np.abs(model.upper))
     outside = ~((x >= model.lower - slack) & (x <= model.upper + slack))
     if outside.any():
@@ -102,7 +106,6 @@ def _check_training(result: SearchResult) -> None:
 
 def _check_history(result: SearchResult) -> None:
     values, history = np.array(result.run_values), result.history
-    check_holds("search.history", np.diff(history) >= -_SINGLE * np.abs(history[1:]), "never falls")
     if result.settings.method == "ga" and result.repair is None and len(values):
         f = result.objective_surrogate
         f = result.objective_model if f is None else f
@@ -110,6 +113,8 @@ def _check_history(result: SearchResult) -> None:
             check_equal("search.run_values", values.max(), f, _SINGLE)
         if len(history):
             check_equal("search.history", history[-1], values.max(), _SINGLE)
+            rises = np.diff(history) >= -_SINGLE * np.abs(history[1:])
+            check_holds("search.history", rises, "it never falls")
 
 
 def _check_counts(result: SearchResult) -> None:

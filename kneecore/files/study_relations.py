@@ -123,6 +123,9 @@ def _comparison(found: Comparison) -> None:
 
 def _paper(report: PaperReport) -> None:
     for verdict in report.verdicts:
+        claim = verdict.claim
+        if claim.rule != "none" and claim.limit is None:
+            raise FileFormatError(f"`limit` of the claim {claim.id!r} is missing; its rule has one")
         outcome = judge(verdict.claim, verdict.values).outcome
         if verdict.outcome != outcome:
             raise FileFormatError(
