@@ -43,8 +43,13 @@ Options = with_flags(
 
 def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
     """Refuse what can be refused before anything is computed or written."""
+    from kneecore.cli.budget import tell_budget
+    from kneecore.search.budget import search_budget
+
     knee = options.knee()
-    return knee, settings_from(SearchSettings, options).of(knee)
+    settings = settings_from(SearchSettings, options).of(knee)
+    tell_budget(COMMAND, knee, search_budget(settings, knee), quiet=options.quiet or options.json)
+    return knee, settings
 
 
 def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:

@@ -55,10 +55,14 @@ Bound = with_flags(with_flags(_Bound, NeededAccuracySettings), BoundSweepSetting
 def _sweep_training(
     options: _Training, knee: "Knee", callback: "Callback"
 ) -> "TrainingSweep | None":
+    from kneecore.cli.budget import tell_budget
     from kneecore.progress import Cancelled
+    from kneecore.study.budget import study_budget
     from kneecore.study.training_sweep import training_sweep
 
     settings = settings_from(TrainingSweepSettings, options)
+    budget = study_budget(settings, knee)
+    tell_budget(COMMAND, knee, budget, quiet=options.quiet or options.json)
     try:
         return training_sweep(knee, settings, callback=callback)
     except Cancelled:

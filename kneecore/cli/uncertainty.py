@@ -40,15 +40,18 @@ Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
+    from kneecore.cli.budget import tell_budget
     from kneecore.search.result import SearchResult
+    from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
 
     knee = options.knee()
     worst = None if options.result is None else SearchResult.load(options.result)
-    for kind in (SamplingSettings, InfluenceSettings):
-        settings_from(kind, options)
+    asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
+    budgets = [study_budget(settings, knee) for settings in asked[: 1 + options.influence]]
     if worst is not None:
         check_comparable(worst, knee)
+    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     return knee, worst
 
 
