@@ -26,8 +26,8 @@ class Options:
     rest_length: Literal["recomputed", "fixed"] = "recomputed"
     """Ligaments strain-free in the knee's own load-free pose, or as long as the baseline's."""
     solver: Literal["dynamics", "equilibrium"] = "dynamics"
-    """The motion over 23 s, as in the paper, or the knee at rest under each load. Where the motion
-    has not come to rest, the angle at rest is shown too."""
+    """The motion over 23 s, as in the paper, or the knee at rest under each load. Where an angle
+    of the motion is not within 0.1 deg of it, the angle at rest is shown too."""
     json: bool = False
     """Print one JSON object instead of the table."""
 
@@ -45,7 +45,7 @@ def _run(options: Options) -> int:
         x, baseline=knee.baseline, rest_length=options.rest_length, solver=options.solver
     )
     at_rest = None
-    if options.solver == "dynamics" and response.n_unsettled:
+    if options.solver == "dynamics" and (response.n_unsettled or response.n_not_at_rest):
         at_rest = simulate(
             x, baseline=knee.baseline, rest_length=options.rest_length, solver="equilibrium"
         )

@@ -225,6 +225,8 @@ class Knee(Model):
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
                 "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
+                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
+                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},

@@ -64,8 +64,8 @@ def _solve(rows: FloatArray, moments: FloatArray, poses: FloatArray, lost: Float
     move_to_mass_centre(poses)
 
 
-def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray, FloatArray]:
-    """Return each model's pose in its 12 equilibria, and the load at which it lost them.
+def followed(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return each model's equilibria as far as they can be followed, and where each run ends.
 
     Parameters
     ----------
@@ -77,11 +77,10 @@ def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray
     Returns
     -------
     poses : ndarray, shape (n, 12, 3)
-        x, y (m) of the mass centre and psi (rad): six of extension, then six of flexion; NaN for a
-        model that lost its equilibrium.
-    lost_at : ndarray, shape (n,)
-        The smallest moment (N m, extension positive) at which no equilibrium was left to follow;
-        NaN where all 12 were found.
+        x, y (m) of the mass centre and psi (rad): six of extension, then six of flexion; NaN from
+        the load on at which none was left to follow.
+    ends : ndarray, shape (n, 2)
+        That load (N m, extension positive), of extension and of flexion; NaN where there is none.
     """
     n_models, moments = len(rows), np.array(MOMENTS)
     poses = np.empty((2 * n_models, len(MOMENTS), 3))
@@ -94,10 +93,25 @@ def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray
         _solve(rows[models], moments, poses[runs], lost[runs])
 
     run_all(work, range(0, n_models, size), threads)
-    extension, flexion = lost[0::2], lost[1::2]
+    poses[moments >= np.abs(lost)[:, None]] = np.nan
+    return poses.reshape(n_models, 2 * len(MOMENTS), 3), lost.reshape(n_models, 2)
+
+
+def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return each model's pose in its 12 equilibria, and the load at which it lost them.
+
+    Returns
+    -------
+    poses : ndarray, shape (n, 12, 3)
+        As `followed`, but all NaN for a model that lost its equilibrium at any load.
+    lost_at : ndarray, shape (n,)
+        The smallest moment (N m, extension positive) at which no equilibrium was left to follow;
+        NaN where all 12 were found.
+    """
+    poses, ends = followed(rows, threads)
+    extension, flexion = ends[:, 0], ends[:, 1]
     first_lost = np.fmin(extension, -flexion)
     lost_at = np.where(extension == first_lost, first_lost, -first_lost)
-    poses = poses.reshape(n_models, 2 * len(MOMENTS), 3)
     poses[~np.isnan(lost_at)] = np.nan
     return poses, lost_at
 

@@ -1,0 +1,148 @@
+"""The two marks beside `settled`, on knees whose answer is known both ways."""
+
+import json
+
+import naive
+import numpy as np
+import pytest
+
+from kneecore import Knee, ParameterSpace, simulate, simulate_batch
+from kneecore.files.response import read_response, response_table
+from kneecore.knee.physics.equilibrium import equilibria, followed
+from kneecore.knee.physics.marks import AT_REST_ANGLE, at_rest, implausible
+from kneecore.knee.response import MOMENT, prepare
+from kneecore.report.marks import counted, legend, mark
+
+BASELINE = ParameterSpace().baseline
+
+
+def wide(times):
+    return ParameterSpace(
+        geometry_bound_mm=times, slope_bound_deg=times, material_bound_percent=min(10 * times, 90)
+    )
+
+
+def drawn(times, n, seed=0):
+    space = wide(times)
+    return space.from_unit(np.random.default_rng(seed).random((n, len(space.lower))))
+
+
+def test_the_baseline_is_settled_everywhere_but_not_at_rest_under_the_smallest_loads():
+    knee = simulate(BASELINE)
+    assert knee.settled.all()
+    # MODEL.md: 0.18 and 0.35 deg at +-0.1 N m, 0.11 at -0.2, under 0.1 elsewhere.
+    assert MOMENT[~knee.at_rest].tolist() == [0.1, -0.1, -0.2]
+    rest = simulate(BASELINE, solver="equilibrium")
+    away = np.degrees(np.abs(knee.flexion - rest.flexion))
+    assert away[[0, 6]].round(2).tolist() == [0.18, 0.35]
+    assert rest.at_rest.all()
+    assert not knee.implausible.any()
+    assert (knee.n_not_at_rest, knee.n_implausible) == (3, 0)
+
+
+def test_a_knee_is_at_rest_where_the_naive_energy_is_flat_near_its_angle():
+    """The naive potential, which knows no equilibrium kernel, is least within 0.1 deg or not."""
+    x = drawn(1.0, 1, seed=5)[0]
+    rows = prepare(x, None, "recomputed")
+    found, _ = followed(rows)
+    rest = naive.rest_lengths(x)
+    for k in (0, 5, 6, 11):
+        # A pose is x, y, psi; the naive one is of the mass centre too.
+        lowest = naive.potential(x, found[0, k], float(MOMENT[k]), rest)
+        for turn in (-AT_REST_ANGLE, AT_REST_ANGLE):
+            moved = found[0, k] + np.array([0.0, 0.0, turn])
+            assert naive.potential(x, moved, float(MOMENT[k]), rest) > lowest
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.99, True), (1.01, False), (-1.01, False)])
+def test_the_mark_turns_at_a_tenth_of_a_degree(share, expected):
+    rows = prepare(BASELINE, None, "recomputed")
+    poses, _ = followed(rows)
+    poses[:, 3, 2] += share * AT_REST_ANGLE
+    marks = at_rest(rows, poses)[0]
+    assert marks[3] == expected
+    assert np.delete(marks, 3).all()
+
+
+def test_a_knee_without_an_equilibrium_is_at_rest_only_as_far_as_one_could_be_followed():
+    x = drawn(6.0, 300)
+    rows = prepare(x, None, "recomputed")
+    poses, ends = followed(rows)
+    whole, lost_at = equilibria(rows)
+    partly = np.flatnonzero(~np.isnan(lost_at) & np.isfinite(poses).any(axis=(1, 2)))
+    assert len(partly) > 3
+    assert np.isnan(whole[partly]).all()
+    batch = simulate_batch(x, solver="equilibrium")
+    for i in partly:
+        gone = np.isnan(poses[i, :, 2])
+        beyond = [m >= ends[i, 0] if m > 0 else m <= ends[i, 1] for m in MOMENT]
+        assert gone.tolist() == beyond
+        assert not batch.at_rest[i][gone].any()
+    assert batch.at_rest[np.isnan(lost_at)].all()
+
+
+@pytest.mark.parametrize(
+    ("theta", "share", "expected"),
+    [
+        (-59.9, 0.0, False),
+        (-60.1, 0.0, True),
+        (169.9, 0.49, False),
+        (170.1, 0.0, True),
+        (20.0, 0.49, False),
+        (20.0, 0.51, True),
+        (np.nan, np.nan, False),
+    ],
+)
+def test_what_no_knee_does_is_implausible(theta, share, expected):
+    rows = prepare(BASELINE, None, "recomputed")
+    poses = np.zeros((1, 12, 3))
+    depth = np.zeros((1, 12))
+    poses[0, 7, 2] = naive.THETA_0 - np.radians(theta)
+    depth[0, 7] = share * BASELINE[18]
+    marks = implausible(rows, poses, depth)[0]
+    assert marks[7] == expected
+    assert not np.delete(marks, 7).any()
+
+
+def test_the_marks_say_what_the_numbers_say_at_ten_times_the_bounds():
+    x = drawn(10.0, 200)
+    batch = simulate_batch(x)
+    theta = np.degrees(batch.flexion)
+    odd = (theta < -60) | (theta > 170) | (batch.indentation > 0.5 * x[:, 18, None])
+    assert (batch.implausible == odd).all()
+    assert 0 < batch.n_implausible < 200
+    assert not batch.at_rest[batch.failed].any()
+    assert not simulate_batch(drawn(1.0, 200)).implausible.any()
+
+
+def test_samples_are_counted_by_the_marks():
+    x = drawn(10.0, 200)
+    knee = Knee(wide(10.0))
+    counts = knee.examine(x, observe=True).counts
+    batch = simulate_batch(x)
+    lost = batch.failed
+    assert counts["implausible"] == batch.implausible[~lost].any(axis=1).sum() > 0
+    assert counts["not_at_rest"] == (~batch.at_rest[~lost]).any(axis=1).sum() > 0
+    assert "implausible" in counted(counts)[-1]
+
+
+def test_files_keep_the_marks_and_older_files_have_none():
+    knee = simulate(BASELINE)
+    table = json.loads(json.dumps(response_table(knee)))
+    back = read_response(table)
+    assert (back.at_rest == knee.at_rest).all()
+    assert (back.implausible == knee.implausible).all()
+    for key in ("at_rest", "implausible"):
+        del table[key]
+    old = read_response(table)
+    assert old.at_rest is old.implausible is None
+    assert (old.n_not_at_rest, old.n_implausible) == (0, 0)
+    assert legend([old]) == []
+    assert "at_rest" not in response_table(old)
+
+
+def test_signs_stand_behind_the_angles_and_are_explained():
+    knee = simulate(BASELINE)
+    assert [mark(knee, k) for k in (0, 5, 6, 11)] == ["~", "", "~", ""]
+    assert [line[:2] for line in legend([knee])] == ["~ "]
+    assert "~ not at rest" in str(knee)
