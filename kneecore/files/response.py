@@ -27,6 +27,7 @@ _FIELDS = (
     ("ligament_rest_length_mm", "rest_length", 1e3, (4,)),
     ("load_free_position_mm", "load_free_position", 1e3, (2,)),
 )
+_AUDIT = "half_step_change_deg"
 MARKS = ("at_rest", "implausible")
 
 
@@ -43,6 +44,8 @@ def response_table(response: Response) -> dict[str, Any]:
         "refinements": response.refinements,
         "lost_at_nm": plain(response.lost_at),
     }
+    if response.half_step_change is not None:
+        table[_AUDIT] = plain(response.half_step_change, _DEGREES)
     for key, field, factor, _ in _FIELDS:
         table[key] = plain(getattr(response, field), factor)
     return table
@@ -62,6 +65,9 @@ def read_response(table: dict[str, Any]) -> Response:
         settled=array(table["settled"], (_N_LOADS,), "settled").astype(bool),
         at_rest=marks.get("at_rest"),
         implausible=marks.get("implausible"),
+        half_step_change=array(table[_AUDIT], (_N_LOADS,), _AUDIT) / _DEGREES
+        if _AUDIT in table
+        else None,
         refinements=refinements,
         lost_at=math.nan if lost_at is None else lost_at,
         **{field: array(table[key], shape, key) / factor for key, field, factor, shape in _FIELDS},

@@ -43,6 +43,7 @@ from kneecore.knee.response import (
 )
 from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
+from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -269,6 +270,12 @@ class Knee(Model):
     def trajectory(self, x: ArrayLike) -> Trajectory:
         """Return one knee's motion in time, `x` of shape (28,) or (32,), SI."""
         return trajectory(x, baseline=self.space.baseline, rest_length=self.rest_length)
+
+    def half_step_change(self, x: ArrayLike) -> FloatArray:
+        """Return by how much half the time step moves each angle of the motion, (n, 12), rad."""
+        return half_step_change(
+            x, baseline=self.space.baseline, rest_length=self.rest_length, threads=self.threads
+        )
 
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return circle, plateau and ligaments in the load-free pose, femur frame, mm."""

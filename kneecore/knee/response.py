@@ -102,6 +102,8 @@ class Response(Presented):
     implausible: BoolArray | None = None
     """Whether the pose is none of a knee: flexion outside -60 to 170 deg, or an indentation above
     half the radius; shape (12,). None if read from a file that does not tell."""
+    half_step_change: FloatArray | None = None
+    """By how much half the time step moves each angle, shape (12,), rad; None if not asked for."""
     lost_at: float = math.nan
     """Moment (N m, extension positive) at which no equilibrium was left to follow: this response is
     then the dynamics'. NaN if all were found, or never asked for."""

@@ -9,6 +9,7 @@ from kneecore.knee.parameters import LIGAMENTS
 from kneecore.knee.response import LARGEST_EXTENSION, Response
 from kneecore.presented import Words
 from kneecore.report.marks import legend, mark
+from kneecore.report.step_check import step_lines
 from kneecore.report.tables import number, render, table
 
 __all__ = ["WORDS", "response_table"]
@@ -41,6 +42,7 @@ def response_table(
         for name, value in zip(LIGAMENTS, response.rest_length, strict=True)
     )
     below = [Text(f"Rest lengths, mm: {rest}"), *map(Text, legend([response]))]
+    below += map(Text, step_lines({"the knee": response}))
     lost_at = response.lost_at if at_rest is None else at_rest.lost_at
     if not math.isnan(lost_at):
         below.append(Text(f"No equilibrium could be followed to {lost_at:+g} N m: dynamics shown."))
