@@ -54,9 +54,7 @@ def tell_default(n, seed):
     print(
         f"{n:,} knees: {settled.sum():,} settled loads, {100 * moving.sum() / settled.sum():.1f} "
         f"% not at rest, at most {away[settled].max():.2f} deg; by load, "
-        + ", ".join(
-            f"{MOMENT[k]:+g}: {moving[:, k].sum():,}" for k in range(12) if moving[:, k].any()
-        )
+        + ", ".join(f"{load} N m {count:,}" for load, count in at.items())
     )
     print(f"implausible at the default bounds: {motion.n_implausible}")
 
