@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import tyro
 
 from kneecore.cli.terminal import Held, put, put_as_it_is, say
-from kneecore.errors import KneecoreError, ModelError, OutputError
+from kneecore.errors import KneecoreError, ModelError, OutputError, ParameterError
 
 __all__ = [
     "DONE",
@@ -223,3 +223,12 @@ def run_cancellable(
     if error is not None:
         raise error
     return outcome["value"], stop.is_set()
+
+
+def check_step_check(asked: bool, solver: str) -> None:
+    """Refuse the audit of a time step where there is none."""
+    if asked and solver == "equilibrium":
+        raise ParameterError(
+            "`check_step` is given with the equilibrium solver, which has no time step; the "
+            "dynamics solver is allowed"
+        )

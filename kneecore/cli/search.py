@@ -34,6 +34,9 @@ class _Options(OutputOptions, KneeOptions):
     compare: bool = False
     """Search by all methods too (genetic algorithm in surrogate and model, exact gradients, the
     repaired surrogate), and show by how much each falls short of the best f that any has found."""
+    check_step: bool = False
+    """Simulate baseline and pair once more with half the time step, and tell by how much that
+    moves an angle."""
 
 
 Options = with_flags(
@@ -47,9 +50,25 @@ def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
     from kneecore.search.budget import search_budget
 
     knee = options.knee()
+    run.check_step_check(options.check_step, knee.solver)
     settings = settings_from(SearchSettings, options).of(knee)
     tell_budget(COMMAND, knee, search_budget(settings, knee), quiet=options.quiet or options.json)
     return knee, settings
+
+
+def _audited(result: "SearchResult") -> "SearchResult":
+    """Return the result with what half the time step does to its three knees."""
+    from dataclasses import replace
+
+    from kneecore.knee.model import Knee
+    from kneecore.knee.step_check import with_half_step
+
+    knee = result.model
+    assert isinstance(knee, Knee)
+    own = {"baseline": knee.space.baseline, "rest_length": knee.rest_length}
+    knees = zip(result.responses.items(), (knee.nominal, *result.x), strict=True)
+    audited = {name: with_half_step(r, x, **own) for (name, r), x in knees}
+    return replace(result, responses=audited)
 
 
 def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:
@@ -72,7 +91,7 @@ def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:
                 # Interrupted meanwhile: the result is there and is worth keeping.
                 with contextlib.suppress(Cancelled):
                     result = with_methods(result, callback)
-        return result
+        return _audited(result) if options.check_step and not stop.is_set() else result
 
     with ProgressDisplay(quiet=options.quiet) as show:
         return run.run_cancellable(work, COMMAND, show.close, keeping.way_on)

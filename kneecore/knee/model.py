@@ -43,6 +43,7 @@ from kneecore.knee.response import (
 )
 from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
+from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -231,6 +232,8 @@ class Knee(Model):
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
                 "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
+                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
+                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -273,6 +276,12 @@ class Knee(Model):
     def trajectory(self, x: ArrayLike) -> Trajectory:
         """Return one knee's motion in time, `x` of shape (28,) or (32,), SI."""
         return trajectory(x, baseline=self.space.baseline, rest_length=self.rest_length)
+
+    def half_step_change(self, x: ArrayLike) -> FloatArray:
+        """Return by how much half the time step moves each angle of the motion, (n, 12), rad."""
+        return half_step_change(
+            x, baseline=self.space.baseline, rest_length=self.rest_length, threads=self.threads
+        )
 
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return circle, plateau and ligaments in the load-free pose, femur frame, mm."""

@@ -67,8 +67,9 @@ class MonteCarloResult(Presented):
     """Samples drawn, failed ones included."""
     counts: Mapping[str, int]
     """Samples by what became of them, "failed" always; of knees also "refined" (a smaller time step
-    was needed), "unsettled" (not at rest at some load, but in the statistics) and "lost" (failed,
-    for there was no equilibrium to follow)."""
+    was needed), "unsettled" (still turning at some load), "not_at_rest" (more than 0.1 deg from its
+    own equilibrium at some load) and "implausible" (in a pose that no knee takes), all three in the
+    statistics, and "lost" (failed, for there was no equilibrium to follow)."""
     below: FloatArray | None
     """Share of the samples whose output is below each of the marks asked for, shape (k, m)."""
     stop_reason: str
