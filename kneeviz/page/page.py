@@ -83,6 +83,8 @@ class Page:
         """Whether the page says that its result belongs to other bounds."""
         self.touched: bool = True
         """Whether the charts' content, beyond the markers, is to be drawn anew."""
+        self.unsolved: bool = False
+        """Whether sliders have moved since the knee was solved last."""
         self.held: bool = False
         """Whether to leave the picture as it is for once."""
 
@@ -158,7 +160,12 @@ class Page:
             handle.value = value
         self.animation.stop_morph()
         self.edited_at = time.monotonic()
-        if self.model_ready:
+        self.unsolved = self.model_ready
+
+    def catch_up(self) -> None:
+        """Solve the knee once for all sliders that have moved."""
+        if self.unsolved:
+            self.unsolved = False
             self.show_knee(self.state.x, final=True)
 
     def mirror_sliders(self) -> None:
