@@ -35,6 +35,12 @@ class UnitModel:
             self.counts[name] += count
         return done.y
 
+    def copy(self) -> "UnitModel":
+        """Return one that goes on counting by itself."""
+        copied = UnitModel(self.model)
+        copied.n_simulated, copied.counts = self.n_simulated, dict(self.counts)
+        return copied
+
     @property
     def told(self) -> dict[str, int]:
         """The counts as results have them."""
