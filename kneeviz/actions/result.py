@@ -14,6 +14,7 @@ from kneeviz.views.html.result import (
     evidence_line,
     objective_line,
     repair_line,
+    unfinished_line,
 )
 
 
@@ -50,7 +51,8 @@ def show_result(page: Page) -> None:
     note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
     sentence = escape(result.summary())
     told = f"{note}<b>{sentence}</b><br>{objective_line(result)}"
-    evidence = repair_line(result) + evidence_line(result)
+    unfinished = unfinished_line(result, improving=page.live.improving)
+    evidence = unfinished + repair_line(result) + evidence_line(result)
     view.search.found.content = box(told + evidence, style=style)
     colours = theme.palette(view.dark)
     command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
@@ -60,6 +62,6 @@ def show_result(page: Page) -> None:
         + f'<div style="margin-top:5px">{command}</div>',
         style=style,
     )
-    short = told + evidence if page.live.on else f"{note}{sentence}"
+    short = told + evidence if page.live.on else f"{note}{sentence}{unfinished}"
     view.found.content = box(short, style=style)
     view.files.command.content = box(command, style=style)
