@@ -25,7 +25,7 @@ def _document(text: str) -> dict[str, Any]:
 def _read(document: dict[str, Any], form: Format) -> Any:
     schema = document.get("schema")
     if schema != form.schema:
-        raise FileFormatError(f"`schema` is {schema!r}; {form.schema!r} is allowed")
+        raise FileFormatError(f"`schema` is {shown(schema)}; {form.schema!r} is allowed")
     try:
         return form.from_dict(document)
     except FileFormatError:
@@ -96,7 +96,9 @@ def load(path: str | Path) -> Any:
         document = _document(_text_of(path))
         form = format_with_schema(document.get("schema"))
         if form is None:
-            raise FileFormatError(f"`schema` is {document.get('schema')!r}, which is no result's")
+            raise FileFormatError(
+                f"`schema` is {shown(document.get('schema'))}, which is no result's"
+            )
         return _read(document, form)
     except FileFormatError as error:
         raise FileFormatError(f"{shown_name(str(path))}: {error}") from None

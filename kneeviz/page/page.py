@@ -15,6 +15,7 @@ from kneecore import KneeFile
 from kneecore.knee.parameters import widened
 from kneeviz.jobs.live_search import LiveSearch
 from kneeviz.jobs.messages import Post
+from kneeviz.jobs.uploads import Uploads
 from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
 from kneeviz.page.notices import Notices
@@ -60,6 +61,7 @@ class Page:
         self.search = SearchState()
         self.live = LiveState()
         self.live_search = LiveSearch(post)
+        self.uploads = Uploads(post)
         self.study = StudyState()
         self.methods = MethodsState()
         self.landscape = LandscapeState(post)
@@ -95,6 +97,7 @@ class Page:
                 job.cancel()
         self.landscape.stop()
         self.live_search.stop()
+        self.uploads.stop()
 
     @property
     def moving(self) -> bool:
