@@ -84,7 +84,7 @@ def parse_apart(name: str, content: bytes) -> KneeFile | SearchResult:
         As `parse`, and if it took too long or the process has failed.
     """
     with subprocess.Popen(
-        [*_COMMAND, name.replace("\0", "")],
+        [*_COMMAND, name.encode("ascii", "replace").replace(b"\0", b"").decode()],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
