@@ -55,7 +55,9 @@ def show_result(page: Page) -> None:
     evidence = unfinished + repair_line(result) + evidence_line(result)
     view.search.found.content = box(told + evidence, style=style)
     colours = theme.palette(view.dark)
-    command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
+    command = ""
+    if result.stop_reason != "cancelled":  # the command would go on to the end
+        command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
     view.search.table.content = box(
         differences(result, colours)
         + f'<div style="margin-top:5px">{bound_names(result)}</div>'

@@ -326,6 +326,7 @@ class TestLive:
         visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())  # no band of other bounds
         eventually_found(live, space)
         first = live.state.result
+        assert "without a browser" not in visitor.props[widget(live.view.search.table)]["content"]
         y = first.model.examine(first.x).y
         assert first.objective_model == pytest.approx(np.abs(y[0] - y[1]).sum())
         turns.release(8)
