@@ -95,15 +95,17 @@ class Broadcast:
             yield
         finally:
             self._listeners -= 1
-            if self._listeners == 0 and self._clock is not None:
-                self._clock.cancel()
+            clock = self._clock
+            if self._listeners == 0 and clock is not None:
                 self._clock = None
+                clock.cancel()
+                await asyncio.gather(clock, return_exceptions=True)
 
     async def frame_after(self, cursor: int, client_id: int) -> tuple[bytes | None, int]:
         """Wait for news beyond the message `cursor`; return them packed, and the last one."""
-        while self._at <= cursor:
+        while self._at <= cursor and not self._buffer.done:
             await self._moved.wait()
-        return self.frame(cursor, self._at, client_id)
+        return self.frame(cursor, max(self._at, cursor), client_id)
 
     def frame(self, cursor: int, end: int, client_id: int) -> tuple[bytes | None, int]:
         """Return the messages after `cursor` up to `end`, packed, and the last of them."""
@@ -128,7 +130,8 @@ class Broadcast:
 
     async def _run(self) -> None:
         buffer, last = self._buffer, 0.0
-        while not buffer.done:
+        # Python 3.11's `wait_for` may take a cancellation for the end of its waiting.
+        while not buffer.done and self._clock is asyncio.current_task():
             if buffer.message_counter - 1 <= self._at or buffer.atomic_counter > 0:
                 await buffer.message_event.wait()
                 buffer.message_event.clear()
@@ -139,8 +142,12 @@ class Broadcast:
             last = time.monotonic()
             self._at = buffer.message_counter - 1
             self._windows.clear()
-            moved, self._moved = self._moved, asyncio.Event()
-            moved.set()
+            self._wake()
+        self._wake()
+
+    def _wake(self) -> None:
+        moved, self._moved = self._moved, asyncio.Event()
+        moved.set()
 
     async def _pause(self, last: float) -> None:
         """Wait for a flush, or until the next beat is due; `last` is when the last one was."""

@@ -25,7 +25,7 @@ from kneecore import (
 )
 from kneeviz.jobs.messages import Post
 
-DEADLINE = 10.0
+DEADLINE = 15.0
 """s that a file may take; a large one takes half a second, and starting the process as long."""
 AT_ONCE, MOST_WAITING = 2, 16
 """Processes of this server at the same time, and files that may wait for one."""
@@ -149,7 +149,7 @@ class Uploads:
 def _main() -> None:
     found: Any
     if hasattr(os, "nice"):
-        os.nice(10)  # the pages go first
+        os.nice(5)  # the pages go first
     try:
         found = parse(sys.argv[1], sys.stdin.buffer.read())
     except KneecoreError as error:

@@ -14,6 +14,8 @@ from viz.websocket_client import WebSocketClient
 from kneeviz import viser_internals
 from kneeviz.server.app import App
 
+pytestmark = pytest.mark.filterwarnings("ignore:Queued a ")  # viser's, for those who left
+
 
 def test_thirty_two_drag_while_one_searches():
     """A move of one more is answered soon, though there are 640 others a second."""

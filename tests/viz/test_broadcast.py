@@ -1,5 +1,6 @@
 """What goes out to many visitors: all of it, in order, packed once, at one beat."""
 
+import gc
 import time
 
 import pytest
@@ -107,6 +108,7 @@ def test_who_comes_late_is_told_all_of_it_once_and_then_that_it_is_all(server, s
         made = [m["uuid"] for m in heard if m["type"] == "GuiNumberMessage"]
         assert len(made) == len(set(made)) == 300
         assert late.counts["ReplayDoneMessage"] == 1
+        assert late.frames >= 5  # no frame holds more than a page can take at once
     for handle in extra:
         handle.remove()
 
@@ -127,6 +129,18 @@ def test_the_clock_stops_with_the_last_visitor(server, slider):
         assert broadcast_of(server)._clock is not None
     eventually(lambda: broadcast_of(server)._clock is None, 10)
     assert server._websock_server._broadcast_buffer.generator_cursors == {}
+
+
+def test_a_server_that_stops_lets_all_of_it_end(caplog):
+    running = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with WebSocketClient(running.get_port()) as one:
+        one.wait(lambda c: c.counts.get("ReplayDoneMessage"), 10)
+        clock, task = broadcast_of(running), broadcast_of(running)._clock
+        running.stop()
+        assert task.done()
+        assert clock._listeners == 0
+    gc.collect()
+    assert caplog.text == ""
 
 
 def test_a_flush_is_followed_at_once_and_else_the_beat_is_kept(server, slider, monkeypatch):
