@@ -171,26 +171,24 @@ async def _produce(
         await _single(websocket, buffer, client_id, backlog_done_message)
         return
     broadcast: Broadcast = vars(buffer).setdefault("_kneeviz", Broadcast(buffer))
+    # viser itself forgets the cursor when the connection ends.
     cursors, cursor = buffer.generator_cursors, -1
     cursors[client_id] = cursor
-    try:
-        async with broadcast.listening():
-            backlog = buffer.message_counter - 1
-            while cursor < backlog:
-                frame, cursor = broadcast.frame(cursor, backlog, client_id)
-                cursors[client_id] = cursor
-                if frame is not None:
-                    await websocket.send(frame)
-            if backlog_done_message is not None:
-                done = _Window([backlog_done_message])
-                await websocket.send(done.frame(client_id, broadcast._compressor))
-            while not buffer.done:
-                frame, cursor = await broadcast.frame_after(cursor, client_id)
-                cursors[client_id] = cursor
-                if frame is not None:
-                    await websocket.send(frame)
-    finally:
-        cursors.pop(client_id, None)
+    async with broadcast.listening():
+        backlog = buffer.message_counter - 1
+        while cursor < backlog:
+            frame, cursor = broadcast.frame(cursor, backlog, client_id)
+            cursors[client_id] = cursor
+            if frame is not None:
+                await websocket.send(frame)
+        if backlog_done_message is not None:
+            done = _Window([backlog_done_message])
+            await websocket.send(done.frame(client_id, broadcast._compressor))
+        while not buffer.done:
+            frame, cursor = await broadcast.frame_after(cursor, client_id)
+            cursors[client_id] = cursor
+            if frame is not None:
+                await websocket.send(frame)
 
 
 def install() -> None:

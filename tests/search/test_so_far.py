@@ -71,6 +71,13 @@ def test_there_is_none_where_a_search_cannot_tell():
     assert set(told) == {None}
 
 
+def test_a_proxys_pair_is_no_answer():
+    told, knee = [], Knee(ParameterSpace(case="material"))
+    kneecore.worst_case(knee, EXACT, callback=lambda p: told.append(p.so_far) and None)
+    assert len(told) > 10
+    assert set(told) == {None}
+
+
 def test_failures_are_left_out():
     seen = BestSeen(np.array([1.0, 2.0]))
     assert seen.pair is None

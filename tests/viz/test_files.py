@@ -6,6 +6,7 @@ import models
 import pytest
 from searches import searched
 
+import kneecore
 from kneecore import (
     FileFormatError,
     KneeFile,
@@ -81,6 +82,14 @@ def test_what_is_refused_is_not_said_at_length(name):
     with pytest.raises(FileFormatError, match="`schema`") as caught:
         parse(name, content.encode())
     assert len(str(caught.value)) < 300
+
+
+def test_a_strange_file_is_not_quoted_at_length(tmp_path):
+    path = tmp_path / "strange.json"
+    path.write_text(json.dumps({"schema": "x" * 100_000}))
+    with pytest.raises(FileFormatError, match="no result's") as caught:
+        kneecore.load(path)
+    assert len(str(caught.value)) < 400
 
 
 def test_the_curves_are_the_results(result):

@@ -112,7 +112,7 @@ class TestFind:
         assert len(told) > 3
         assert all(one.improving for one in told)
         f = [one.result.objective_model for one in told]
-        assert f == sorted(f)
+        assert f == sorted(set(f))  # what is no better is not told again
         assert f[-1] <= answer.result.objective_model + 1e-9
         y = answer.result.model.examine(told[1].result.x).y
         assert f[1] == pytest.approx(np.abs(y[0] - y[1]).sum())
