@@ -49,6 +49,12 @@ class UnitModel:
         counts = [done.counts.get(name, 0) for name in self.counts]
         return {"y": done.y, "counts": np.array(counts, dtype=np.int64)}
 
+    def copy(self) -> "UnitModel":
+        """Return one that goes on counting by itself."""
+        copied = UnitModel(self.model)
+        copied.n_simulated, copied.counts = self.n_simulated, dict(self.counts)
+        return copied
+
     @property
     def told(self) -> dict[str, int]:
         """The counts as results have them."""

@@ -35,7 +35,7 @@ def read_document(document: dict[str, Any], form: Format) -> Any:
     """Return the result in a parsed document, checked against itself and its digest."""
     schema = document.get("schema")
     if schema != form.schema:
-        raise FileFormatError(f"`schema` is {schema!r}; {form.schema!r} is allowed")
+        raise FileFormatError(f"`schema` is {shown(schema)}; {form.schema!r} is allowed")
     try:
         check_plain(document)
         with np.errstate(all="ignore"):  # a stranger's numbers may have any size
@@ -112,7 +112,9 @@ def load(path: str | Path) -> Any:
         document = _document(_text_of(path))
         form = format_with_schema(document.get("schema"))
         if form is None:
-            raise FileFormatError(f"`schema` is {document.get('schema')!r}, which is no result's")
+            raise FileFormatError(
+                f"`schema` is {shown(document.get('schema'))}, which is no result's"
+            )
         return read_document(document, form)
     except FileFormatError as error:
         raise FileFormatError(f"{shown_name(str(path))}: {error}") from None

@@ -26,7 +26,7 @@ MOST_INDENTATION = 0.5
 
 _FLOOR, _FLOOR_TURN = 10.0, 1e-2  # N/m, N m/rad: the smallest pivots
 _LONGEST, _LONGEST_TURN = 0.001, 0.02  # m, rad: the longest step
-_NEAR, _NEAR_TURN = 1e-9, 1e-8  # m, rad: Newton's last step; it leaves an error of its square
+_NEAR, _NEAR_TURN = 1e-7, 1e-6  # m, rad: Newton's last step; it leaves an error of its square
 _NOISE = 1e-14  # of the energy: its rounding
 _SHORTEST = 1e-4  # share of Newton's step
 _FARTHEST = 0.1  # rad: nobody would call that near

@@ -95,6 +95,22 @@ def repair_line(result: SearchResult) -> str:
     return f"<br>{faint(f'Repaired with {repair.n_models} more models{first}{missed}.')}"
 
 
+IMPROVING_NOTE = (
+    "Live, improving \u2026 The best two knees at rest until now, within the bounds around yours; "
+    "the search goes on, and the band of other knees follows."
+)
+"""What stands beside the live answer while its search goes on."""
+
+
+def unfinished_line(result: SearchResult, *, improving: bool) -> str:
+    """Return that a result is the best until now, or until it was stopped; nothing for an end."""
+    if result.stop_reason != "cancelled":
+        return ""
+    if improving:
+        return "<br><b>improving \u2026</b>"
+    return f"<br>{faint('The search was stopped: this is the best pair until then.')}"
+
+
 def live_note(sampled: str) -> str:
     """Return what the live search shows, in words."""
     return (
