@@ -139,6 +139,12 @@ class Model:
     # What it is.
 
     @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of models with other bounds or another name."""
+        name = f"{type(self).__name__} {self.name}".encode()
+        return b"\0".join([name, *(a.tobytes() for a in (self.lower, self.nominal, self.upper))])
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the inputs."""
         return tuple(i.name for i in self.inputs)
@@ -385,8 +391,7 @@ class Model:
         return () if self._draw is None else shapes_of(self._draw, self._points("x", x))
 
     def warm_up(self, *, gradient: bool = False) -> None:
-        """Load what the first run would have to wait for."""
-        del gradient
+        """Load what the first run would have to wait for; the gradient too, if it is wanted."""
 
 
 def _held(values: Sequence[float]) -> FloatArray:

@@ -66,4 +66,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KneecoreError as error:
         return run.fail(COMMAND, error)
     except KeyboardInterrupt:
-        return run.INTERRUPTED
+        return run.interrupted(COMMAND, "interrupted")

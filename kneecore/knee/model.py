@@ -19,8 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
+from kneecore._second_compiler import compile_apart, wait_for
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
+from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import flexion_of, respond
@@ -149,6 +151,12 @@ class Knee(Model):
         """Half-range of every length and coordinate, mm."""
         return self.space.geometry_bound_mm
 
+    @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of other knees, or computed in another way."""
+        way = f"{self.solver} {self.rest_length}".encode()
+        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
         return self.with_space(with_geometry_bound(self.space, size))
@@ -272,6 +280,31 @@ class Knee(Model):
 
     def warm_up(self, *, gradient: bool = False) -> None:
         """Run each of the knee's kernels once."""
+        if gradient:
+            compile_apart(_AT_REST)
+        wait_for(_IN_MOTION)
         simulate(self.space.baseline, solver=self.solver)
         if gradient:
+            wait_for(_AT_REST)
             flexion_gradient(self.space.baseline)
+
+    @staticmethod
+    def compile_ahead() -> None:
+        """Have another process compile the knee's motion at the first start; return at once.
+
+        It gains time where there is something else to do until the first knee is wanted.
+        """
+        compile_apart(_IN_MOTION)
+
+
+_IN_MOTION = "kneecore.knee.model:_compile_in_motion"
+_AT_REST = "kneecore.knee.model:_compile_at_rest"
+
+
+def _compile_in_motion() -> None:
+    simulate(packaged_knee().baseline)
+
+
+def _compile_at_rest() -> None:
+    """Compile the larger half of an exact search's kernels."""
+    simulate(packaged_knee().baseline, solver="equilibrium")

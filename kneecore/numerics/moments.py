@@ -62,6 +62,26 @@ class Stream:
         self._low, self._high = low, high
 
     @property
+    def state(self) -> dict[str, FloatArray]:
+        """All that is kept, by name; empty before the first sample."""
+        if self._mean is None or self._squares is None or self._low is None or self._high is None:
+            return {}
+        return {
+            "n": np.array(float(self.n)),
+            "mean": self._mean,
+            "squares": self._squares,
+            "low": self._low,
+            "high": self._high,
+        }
+
+    @state.setter
+    def state(self, state: dict[str, FloatArray]) -> None:
+        if state:
+            self.n = int(state["n"])
+            self._mean, self._squares = state["mean"], state["squares"]
+            self._low, self._high = state["low"], state["high"]
+
+    @property
     def mean(self) -> FloatArray:
         """Mean of the samples."""
         assert self._mean is not None

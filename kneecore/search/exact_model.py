@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
-from kneecore.model import Model
+from kneecore.model import Model, Slopes
+from kneecore.record import Arrays, current_record
 from kneecore.search.half_evolution import QUICK, THOROUGH, evolve_pair
 from kneecore.search.pattern_climb import ClimbedPair, climb_from_patterns
 from kneecore.search.result import Evidence
@@ -56,12 +57,24 @@ class _CountedSlopes:
         self._model = model
         self.n_simulated = self.n_failed = 0
 
-    def __call__(
-        self, u: FloatArray, weights: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        values, slopes, y = self._model.slopes(u, weights)
+    def __call__(self, u: FloatArray, weights: FloatArray) -> Slopes:
+        values, slopes, y = self._slopes(u, weights)
         self.n_simulated += len(u)
         self.n_failed += int(np.count_nonzero(np.isneginf(values)))
+        return values, slopes, y
+
+    def _slopes(self, u: FloatArray, weights: FloatArray) -> Slopes:
+        record = current_record()
+        if record is None:
+            return self._model.slopes(u, weights)
+
+        def compute() -> Arrays:
+            values, slopes, y = self._model.slopes(u, weights)
+            return {"values": values, "slopes": slopes, "y": y}
+
+        given = {"u": u, "weights": weights}
+        kept = record.run("slopes", self._model.identity, given, compute)
+        values, slopes, y = (np.asarray(kept[n], dtype=np.float64) for n in kept)
         return values, slopes, y
 
 

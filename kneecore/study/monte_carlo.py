@@ -26,6 +26,7 @@ from kneecore.numerics.moments import Stream
 from kneecore.numerics.sampling import batches, n_drawn
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Progress
+from kneecore.record import Arrays, kept_step
 from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import SamplingSettings
 
@@ -107,6 +108,33 @@ class _Sums:
     @property
     def n_good(self) -> int:
         return self.n_done - self.counts["failed"]
+
+    def state(self) -> Arrays:
+        """All that is kept, in arrays."""
+        counts = {f"count {name}": np.array(n) for name, n in self.counts.items()}
+        below = {} if self.marks is None else {"below": np.asarray(self.below, dtype=np.int64)}
+        streams = {
+            f"stream {part} {name}": values
+            for name, stream in self.streams.items()
+            for part, values in stream.state.items()
+        }
+        return {"n_done": np.array(self.n_done), **counts, **below, **streams}
+
+    def restore(self, state: Arrays) -> None:
+        """Go on from a `state`."""
+        parts: dict[str, dict[str, FloatArray]] = {}
+        for key, values in state.items():
+            kind, _, name = key.partition(" ")
+            if kind == "count":
+                self.counts[name] = int(values)
+            elif kind == "stream":
+                part, _, name = name.partition(" ")
+                parts.setdefault(name, {})[part] = np.asarray(values, dtype=np.float64)
+        for name, own in parts.items():
+            self.streams[name] = Stream(self.total)
+            self.streams[name].state = own
+        self.below = state.get("below", 0.0)
+        self.n_done = int(state["n_done"])
 
 
 def _spread(stream: Stream) -> Spread:
@@ -191,14 +219,28 @@ def _sample(
     model: Model, settings: SamplingSettings, sums: _Sums, callback: Callback | None
 ) -> bool:
     """Draw and run all samples; return whether the callback cancelled."""
+    marks = None if sums.marks is None else sums.marks.tolist()
+    step = kept_step("monte_carlo", model.identity, settings, marks)
+    if step is not None and (kept := step.load()) is not None:
+        sums.restore(kept)
     points = batches(
         sums.total, model.n_free, settings.seed, sampling=settings.sampling, size=BATCH
     )
+    drawn = 0
     for unit in points:
+        drawn += len(unit)
+        if drawn <= sums.n_done:  # these were done before the computation was stopped
+            continue
         report = Progress(stage="sampling", done=sums.n_done, total=sums.total)
         if callback is not None and callback(report) and sums.n_done > 0:
+            if step is not None:
+                step.save(sums.state, now=True)
             return True
         sums.add(model.examine(model.from_free_unit(unit), observe=True))
+        if step is not None:
+            step.save(sums.state)
+    if step is not None:
+        step.save(sums.state, now=True)
     if callback is not None:
         callback(Progress(stage="sampling", done=sums.n_done, total=sums.total))
     return False

@@ -265,7 +265,8 @@ def test_ctrl_c_saves_the_best_pair_so_far(tmp_path):
     kept = SearchResult.load(tmp_path / "kept")
     assert kept.stop_reason == "cancelled"
     assert kept.objective_model > 0
-    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["curves.csv", "result.json"]
+    written = sorted(p.name for p in (tmp_path / "kept").iterdir())
+    assert written == ["checkpoint", "curves.csv", "result.json"]
 
 
 def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
