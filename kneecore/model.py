@@ -232,6 +232,12 @@ class Model(Runner):
     # What it is.
 
     @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of models with other bounds or another name."""
+        name = f"{type(self).__name__} {self.name}".encode()
+        return b"\0".join([name, *(a.tobytes() for a in (self.lower, self.nominal, self.upper))])
+
+    @property
     def columns(self) -> tuple[Column, ...]:
         """What each of the m numbers is."""
         alone = len(self.outputs) == 1

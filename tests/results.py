@@ -28,3 +28,9 @@ def check_comes_back(result):
     assert again.to_json() == text
     assert str(again) == str(result)
     return document
+
+
+def older(document):
+    """Return a document as an earlier version wrote it: without a digest."""
+    document = {key: value for key, value in document.items() if key != "digest"}
+    return document | {"versions": document["versions"] | {"kneecore": "0.1"}}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
+from kneecore.cli.keeping import Keeping
 from kneecore.cli.knee_options import File, OutputOptions
 from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
@@ -40,28 +41,39 @@ Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
-    from kneecore.files.folder import prepare_folder
-    from kneecore.files.study import STUDY_FILE
+    from kneecore.cli.budget import tell_budget
     from kneecore.search.result import SearchResult
+    from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
 
     model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
-    for kind in (SamplingSettings, InfluenceSettings):
-        settings_from(kind, options)
+    asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
+    budgets = [study_budget(settings, model) for settings in asked[: 1 + options.influence]]
     if worst is not None:
         check_comparable(worst, model)
-    if options.out is not None:
-        prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
     return model, worst
 
 
-def _study(options: _Options, stop: threading.Event, show: "Callback") -> "Study":
+def _study(options: _Options, keeping: Keeping, stop: threading.Event, show: "Callback") -> "Study":
+    from kneecore.files.study import STUDY_FILE
+
+    model, worst = _checked(options)
+    with keeping.opened(STUDY_FILE):
+        return _computed(options, model, worst, stop, show)
+
+
+def _computed(
+    options: _Options,
+    model: "Model",
+    worst: "SearchResult | None",
+    stop: threading.Event,
+    show: "Callback",
+) -> "Study":
     from kneecore.files.study import Study
     from kneecore.study.comparison import compare_with_sampling
     from kneecore.study.monte_carlo import monte_carlo
-
-    model, worst = _checked(options)
 
     def callback(report: "Progress") -> object:
         return show(report) or stop.is_set()
@@ -93,15 +105,18 @@ def _add_influence(study: "Study", settings: InfluenceSettings, callback: Any) -
         study.fault = error
 
 
-def _save(options: _Options, study: "Study", *, figures: bool) -> None:
+def _save(options: _Options, study: "Study", *, figures: bool) -> bool:
+    """Write the files that were asked for; return whether Ctrl-C was pressed meanwhile."""
     if options.out is None:
-        return
+        return False
     from pathlib import Path
 
     from kneecore.files.folder import contents, write_all
     from kneecore.files.study import FORMAT
 
-    write_all(Path(options.out), contents(study, FORMAT, figures=figures))
+    with run.undisturbed() as stop:
+        write_all(Path(options.out), contents(study, FORMAT, figures=figures))
+    return stop.is_set()
 
 
 def _told(options: _Options, study: "Study") -> str:
@@ -113,31 +128,41 @@ def _told(options: _Options, study: "Study") -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
+    with Keeping(COMMAND, options, arguments) as keeping:
+        return _run(options, keeping)
+
+
+def _run(options: _Options, keeping: Keeping) -> int:
     from kneecore.cli.progress import ProgressDisplay
     from kneecore.progress import Cancelled
 
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
             study, interrupted = run.run_cancellable(
-                lambda stop: _study(options, stop, show), COMMAND, show.close
+                lambda stop: _study(options, keeping, stop, show),
+                COMMAND,
+                show.close,
+                keeping.way_on,
             )
         if not interrupted:  # before the files: a full disk then costs no result
             run.put(_told(options, study))
-        _save(options, study, figures=not interrupted)
+        stopped = _save(options, study, figures=not interrupted)
         if study.fault is not None:
             raise study.fault
     except KneecoreError as error:
         names = flag_names(SamplingSettings, InfluenceSettings) | {"folder": "--out"}
         return run.fail(COMMAND, error, options, names)
     except Cancelled:
-        run.say(COMMAND, "interrupted before there were two samples; nothing was saved")
-        return run.INTERRUPTED
+        told = "interrupted before there were two samples; nothing was saved"
+        return run.interrupted(COMMAND, told + keeping.way_on())
     except KeyboardInterrupt:
-        run.say(COMMAND, "interrupted while writing; nothing was saved")
-        return run.INTERRUPTED
+        way_on = keeping.way_on()
+        return run.interrupted(COMMAND, f"interrupted while writing; nothing was saved{way_on}")
     if interrupted:
         kept = "nothing was saved" if options.out is None else f"it is in {options.out}"
         told = f"interrupted after {study.sampled.n_samples:,} samples; {kept}"
-        run.say(COMMAND, f"{told}")
-        return run.INTERRUPTED
+        return run.interrupted(COMMAND, told + keeping.way_on())
+    keeping.done()
+    if stopped:
+        return run.interrupted(COMMAND, f"interrupted; all files are in {options.out}")
     return run.DONE

@@ -43,6 +43,7 @@ from kneecore.knee.response import (
 )
 from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
+from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -160,6 +161,12 @@ class Knee(Model):
         """Half-range of every length and coordinate, mm."""
         return self.space.geometry_bound_mm
 
+    @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of other knees, or computed in another way."""
+        way = f"{self.solver} {self.rest_length}".encode()
+        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
         return self.with_space(with_geometry_bound(self.space, size))
@@ -236,6 +243,8 @@ class Knee(Model):
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
                 "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
+                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
+                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -278,6 +287,12 @@ class Knee(Model):
     def trajectory(self, x: ArrayLike) -> Trajectory:
         """Return one knee's motion in time, `x` of shape (28,) or (32,), SI."""
         return trajectory(x, baseline=self.space.baseline, rest_length=self.rest_length)
+
+    def half_step_change(self, x: ArrayLike) -> FloatArray:
+        """Return by how much half the time step moves each angle of the motion, (n, 12), rad."""
+        return half_step_change(
+            x, baseline=self.space.baseline, rest_length=self.rest_length, threads=self.threads
+        )
 
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return circle, plateau and ligaments in the load-free pose, femur frame, mm."""

@@ -1,7 +1,7 @@
 """Mean, spread and tails of a stream of samples, in little memory."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,26 @@ class Stream:
         self._low, self._high = low, high
 
     @property
+    def state(self) -> dict[str, FloatArray]:
+        """All that is kept, by name; empty before the first sample."""
+        if self._mean is None or self._squares is None or self._low is None or self._high is None:
+            return {}
+        return {
+            "n": np.array(float(self.n)),
+            "mean": self._mean,
+            "squares": self._squares,
+            "low": self._low,
+            "high": self._high,
+        }
+
+    @state.setter
+    def state(self, state: dict[str, FloatArray]) -> None:
+        if state:
+            self.n = int(state["n"])
+            self._mean, self._squares = state["mean"], state["squares"]
+            self._low, self._high = state["low"], state["high"]
+
+    @property
     def mean(self) -> FloatArray:
         """Mean of the samples."""
         assert self._mean is not None
@@ -121,6 +141,15 @@ class GappyStream:
             column.add(values[np.isfinite(values[:, 0])])
 
     @property
+    def state(self) -> dict[str, FloatArray]:
+        """All that is kept, by name."""
+        return {
+            f"{k}/{part}": values
+            for k, column in enumerate(self._columns)
+            for part, values in column.state.items()
+        } | {"n_columns": np.array(float(len(self._columns)))}
+
+    @property
     def n(self) -> NDArray[np.int64]:
         """Samples of each column."""
         return np.array([column.n for column in self._columns])
@@ -149,3 +178,18 @@ class GappyStream:
             self._told(lambda column: column.percentile_bounds()[0]),
             self._told(lambda column: column.percentile_bounds()[1]),
         )
+
+
+def restored(n_expected: int, state: Mapping[str, FloatArray]) -> Stream | GappyStream:
+    """Return what had a `state`."""
+    before = Stream(n_expected)
+    if "n_columns" not in state:
+        before.state = dict(state)
+        return before
+    gappy = GappyStream(before, int(state["n_columns"]))
+    for k, column in enumerate(gappy._columns):
+        mark = f"{k}/"
+        column.state = {
+            part.removeprefix(mark): v for part, v in state.items() if part.startswith(mark)
+        }
+    return gappy

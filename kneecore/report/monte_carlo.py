@@ -8,6 +8,7 @@ from rich.text import Text
 
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
+from kneecore.report.marks import counted
 from kneecore.report.outputs import failure_lines, heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.monte_carlo import MonteCarloResult
@@ -54,14 +55,7 @@ def _footer(study: MonteCarloResult) -> str:
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
     drawn = settings.sampling
     told = f"{drawn}, rounded up to a power of two" if drawn == "sobol" else drawn
-    kinds = {
-        "refined": "refined",
-        "unsettled": "with an unsettled load",
-        "partial": "with some of their outputs only",
-        "reused": "reused from the runs that were kept",
-    }
-    became = [f"{study.n_failed} failed"]
-    became += [f"{counts[kind]} {words}" for kind, words in kinds.items() if kind in counts]
+    became = [f"{study.n_failed} failed", *counted(counts)]
     lines = [
         f"{study.n_samples:,} samples{cut} ({told}, seed {settings.seed}): "
         f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.",

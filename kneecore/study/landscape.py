@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import callback_or_none, shown
 from kneecore._version import versions
+from kneecore.budget import check_budget
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
@@ -26,6 +27,7 @@ from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
+from kneecore.study.budget import grid_budget
 
 __all__ = ["Landscape", "landscape"]
 
@@ -136,6 +138,7 @@ def landscape(
     centre = model.point(model.nominal if x is None else x)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
+    check_budget(grid_budget(n_points, model))
     if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):
         raise ParameterError(
             f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"

@@ -11,7 +11,8 @@ True
 """
 
 import time
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,10 +23,11 @@ from kneecore._threads import thread_count
 from kneecore._version import versions
 from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Evaluation, Model
-from kneecore.numerics.moments import GappyStream, Stream
+from kneecore.numerics.moments import GappyStream, Stream, restored
 from kneecore.numerics.sampling import batches, n_drawn
 from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.record import Arrays, KeptStep, kept_step
 from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import SamplingSettings
 
@@ -66,9 +68,11 @@ class MonteCarloResult(Presented):
     """Samples drawn, failed ones included."""
     counts: Mapping[str, int]
     """Samples by what became of them, "failed" always; of knees also "refined" (a smaller time step
-    was needed), "unsettled" (not at rest at some load, but in the statistics) and "lost" (failed,
-    for there was no equilibrium to follow); of other models "partial" (some outputs failed: the
-    others are in the statistics) and "reused" (taken from the runs that were kept)."""
+    was needed), "unsettled" (still turning at some load), "not_at_rest" (more than 0.1 deg from its
+    own equilibrium at some load) and "implausible" (in a pose that no knee takes), all three in the
+    statistics, and "lost" (failed, for there was no equilibrium to follow); of other models
+    "partial" (some outputs failed: the others are in the statistics) and "reused" (taken from the
+    runs that were kept)."""
     below: FloatArray | None
     """Share of the samples whose output is below each of the marks asked for, shape (k, m)."""
     stop_reason: str
@@ -128,6 +132,32 @@ class _Sums:
     @property
     def n_good(self) -> int:
         return self.n_done - self.counts["failed"]
+
+    def state(self) -> Arrays:
+        """All that is kept, in arrays."""
+        counts = {f"count {name}": np.array(n) for name, n in self.counts.items()}
+        below = {} if self.marks is None else {"below": np.asarray(self.below, dtype=np.int64)}
+        streams = {
+            f"stream {part} {name}": values
+            for name, stream in self.streams.items()
+            for part, values in stream.state.items()
+        }
+        return {"n_done": np.array(self.n_done), **counts, **below, **streams}
+
+    def restore(self, state: Arrays) -> None:
+        """Go on from a `state`."""
+        parts: dict[str, dict[str, FloatArray]] = {}
+        for key, values in state.items():
+            kind, _, name = key.partition(" ")
+            if kind == "count":
+                self.counts[name] = int(values)
+            elif kind == "stream":
+                part, _, name = name.partition(" ")
+                parts.setdefault(name, {})[part] = np.asarray(values, dtype=np.float64)
+        for name, own in parts.items():
+            self.streams[name] = restored(self.total, own)
+        self.below = state.get("below", 0.0)
+        self.n_done = int(state["n_done"])
 
 
 def _spread(stream: Stream | GappyStream) -> Spread:
@@ -222,18 +252,44 @@ def _sample(
     model: Model, settings: SamplingSettings, sums: _Sums, callback: Callback | None
 ) -> bool:
     """Draw and run all samples; return whether the callback cancelled."""
+    marks = None if sums.marks is None else sums.marks.tolist()
+    step = kept_step("monte_carlo", model.identity, settings, marks)
+    if step is not None and (kept := step.load()) is not None:
+        sums.restore(kept)
+    n_before = sums.n_done
     points = batches(
         sums.total, model.n_free, settings.seed, sampling=settings.sampling, size=BATCH
     )
+    expected: deque[int] = deque()
+    drawn = 0
+
+    def points_left() -> Iterator[FloatArray]:
+        nonlocal drawn
+        for unit in points:
+            drawn += len(unit)
+            if drawn > n_before:  # the others were done before the computation was stopped
+                expected.append(len(unit))
+                yield model.from_free_unit(unit)
 
     def watch(done: int) -> object:
-        report = Progress(stage="sampling", done=min(done, sums.total), total=sums.total)
+        done = min(n_before + done, sums.total)
+        report = Progress(stage="sampling", done=done, total=sums.total)
         return callback is not None and callback(report)
 
-    x = (model.from_free_unit(unit) for unit in points)
-    for done in model.stream(x, observe=True, watch=watch):
+    for done in model.stream(points_left(), observe=True, watch=watch):
+        if len(done.y) < expected.popleft():  # cancelled in its midst: it will be done again
+            _keep(step, sums, now=True)
+            sums.add(done)
+            return True
         sums.add(done)
+        _keep(step, sums)
+    _keep(step, sums, now=True)
     if sums.n_done < sums.total:
         return True
-    watch(sums.n_done)
+    watch(sums.total - n_before)
     return False
+
+
+def _keep(step: KeptStep | None, sums: _Sums, *, now: bool = False) -> None:
+    if step is not None:
+        step.save(sums.state, now=now)
