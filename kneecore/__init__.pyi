@@ -33,7 +33,6 @@ from .knee.space import ParameterSpace as ParameterSpace
 from .knee.trajectory import Trajectory as Trajectory
 from .knee.trajectory import trajectory as trajectory
 from .model import Evaluation as Evaluation
-from .model import Failure as Failure
 from .model import Model as Model
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
 from .numerics.sensitivity import Indices as Indices
@@ -44,6 +43,7 @@ from .progress import Callback as Callback
 from .progress import Cancelled as Cancelled
 from .progress import Progress as Progress
 from .report.command import command_line as command_line
+from .runs.part import Failure as Failure
 from .runs.readers import CsvOutput as CsvOutput
 from .runs.readers import JsonOutput as JsonOutput
 from .runs.readers import TextOutput as TextOutput

@@ -35,14 +35,14 @@ from kneecore.errors import ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, scales_of
 from kneecore.returned import jacobian_of, shapes_of
 from kneecore.runner import Run, Runner
+from kneecore.runs.evaluation import Evaluation
 from kneecore.runs.options import OnFailure, RunOptions
-from kneecore.runs.part import Evaluation, Failure
 from kneecore.shape import Shape
 
 if TYPE_CHECKING:
     from kneecore.runs.program import KeepRuns
 
-__all__ = ["Evaluation", "Failure", "Model", "Shape"]
+__all__ = ["Evaluation", "Model", "Shape"]
 
 FloatArray = NDArray[np.float64]
 Slopes = tuple[FloatArray, FloatArray, FloatArray]

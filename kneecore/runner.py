@@ -12,11 +12,12 @@ from kneecore.box import Box
 from kneecore.errors import ModelError, ParameterError
 from kneecore.inputs import Input, Output
 from kneecore.progress import Cancelled
+from kneecore.runs.evaluation import Evaluation, Watch
 from kneecore.runs.options import RunOptions
-from kneecore.runs.part import Evaluation, Failure, Watch
 
 if TYPE_CHECKING:
     from kneecore.runs.engine import Engine
+    from kneecore.runs.part import Failure
     from kneecore.runs.work import Work
 
 __all__ = ["Run", "Runner"]
@@ -113,7 +114,7 @@ class Runner(Box):
         return model
 
     @property
-    def failures(self) -> tuple[Failure, ...]:
+    def failures(self) -> "tuple[Failure, ...]":
         """The runs that failed until now, the first thousand: inputs, message, where files are.
 
         Models that were made from this one (`with_size`) share them. A model with counts of its

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from kneecore.model import Model
 from kneecore.progress import Cancelled
 from kneecore.record import Arrays, current_record
-from kneecore.runs.part import Watch
+from kneecore.runs.evaluation import Watch
 
 __all__ = ["UnitModel"]
 

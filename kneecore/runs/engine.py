@@ -27,12 +27,13 @@ from kneecore.errors import ModelError, ParameterError
 from kneecore.runs.borrowed import Borrowed
 from kneecore.runs.chunks import Cutter, Pace
 from kneecore.runs.cluster import Cluster
+from kneecore.runs.evaluation import Evaluation, Watch
 from kneecore.runs.flow import Flow
 from kneecore.runs.hands import Hands
 from kneecore.runs.jobs import Job
 from kneecore.runs.log import RunLog
 from kneecore.runs.options import RunOptions
-from kneecore.runs.part import Evaluation, Failure, Part, Trouble, Watch
+from kneecore.runs.part import Failure, Part, Trouble
 from kneecore.runs.pool import Here, Pool, Threads
 from kneecore.runs.work import Work
 

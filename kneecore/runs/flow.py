@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from kneecore.errors import KneecoreError
 from kneecore.runs.chunks import Cutter, Pace
+from kneecore.runs.evaluation import Evaluation
 from kneecore.runs.jobs import Job
 from kneecore.runs.log import RunLog
-from kneecore.runs.part import Evaluation, Part, Trouble, failed_part, join
+from kneecore.runs.part import Part, Trouble, failed_part, join
 from kneecore.runs.pool import Here, Pool, broken
 
 __all__ = ["Flow"]

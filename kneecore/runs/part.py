@@ -1,29 +1,17 @@
 """What running a model for some points has given."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Evaluation", "Failure", "Part", "Trouble", "Watch", "failed_part", "join", "with_count"]
+from kneecore.runs.evaluation import Evaluation
+
+__all__ = ["Failure", "Part", "Trouble", "failed_part", "join", "with_count"]
 
 FloatArray = NDArray[np.float64]
-Watch = Callable[[int], object]
-"""Gets the number of runs done, in whatever order; a true result cancels."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Evaluation:
-    """What running a model for n points has given."""
-
-    y: FloatArray
-    """Outputs, shape (n, m); a row that is not finite is a failed run."""
-    counts: Mapping[str, int]
-    """Runs by what became of them; "failed" is always there."""
-    observed: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Further quantities by name, shape (n, ...), where they were asked for."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

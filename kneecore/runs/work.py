@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ParameterError
 from kneecore.returned import run_all, run_one
-from kneecore.runs.part import Evaluation, Part, Trouble
+from kneecore.runs.evaluation import Evaluation
+from kneecore.runs.part import Part, Trouble
 
 __all__ = ["BatchWork", "ExamineWork", "RowWork", "RunFailed", "Work", "dumped", "loaded"]
 
