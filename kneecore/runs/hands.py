@@ -5,12 +5,14 @@ that hangs; those that can are under licences that bind whoever ships them. So e
 thread with one process (`kneecore.runs.child`) of its own, which is replaced when it has to be.
 """
 
+import atexit
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+import weakref
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import suppress
@@ -144,6 +146,15 @@ class _Child:
         return f"exit code {code}"
 
 
+_OPEN: "weakref.WeakSet[Hand]" = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    for hand in list(_OPEN):
+        hand.close()
+
+
 class Hand:
     """One worker: it has a process, and a new one when that is gone."""
 
@@ -151,6 +162,10 @@ class Hand:
         self.timeout_s, self.retries = timeout_s, retries
         self._process: _Child | None = None
         self.closed = False
+        _OPEN.add(self)
+
+    def __del__(self) -> None:
+        self.close()
 
     def run(self, job: Sent, x: FloatArray, observe: bool) -> Part:
         """Return what becomes of points, the runs that hang or crash marked as failed."""
