@@ -66,7 +66,9 @@ class Pace:
 
 
 class Cutter:
-    """Cuts batches of points, which come one after the other, into chunks across their borders.
+    """Cuts batches of points, which come one after the other, into chunks.
+
+    No chunk reaches into the next batch: each has counts of its own.
 
     Parameters
     ----------
@@ -108,16 +110,12 @@ class Cutter:
             while not self._ended and self._n_buffered < 2 * wanted:
                 self._take()
             rows = self._pace.rows(n_workers, self._n_buffered if self._ended else None)
-        parts: list[FloatArray] = []
-        while rows and self._buffer:
-            batch = self._buffer.popleft()
-            parts.append(batch[:rows])
-            if len(batch) > rows:
-                self._buffer.appendleft(batch[rows:])
-            rows -= len(parts[-1])
-        if not parts:
+        if not self._buffer:
             return None
-        x = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        batch = self._buffer.popleft()
+        x = batch[:rows]
+        if len(batch) > rows:
+            self._buffer.appendleft(batch[rows:])
         self._n_buffered -= len(x)
         start, self.n_rows = self.n_rows, self.n_rows + len(x)
         return start, x

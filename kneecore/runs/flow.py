@@ -83,20 +83,6 @@ def _moved(part: Part) -> Part:
     )
 
 
-def _split(part: Part, rows: int) -> tuple[Part, Part]:
-    """Return the first rows of a part, and the others; the counts stay with the first."""
-    cut = [slice(None, rows), slice(rows, None)]
-    both = []
-    for k, where in enumerate(cut):
-        done = Evaluation(
-            y=part.done.y[where],
-            counts=part.done.counts if k == 0 else dict.fromkeys(part.done.counts, 0),
-            observed={name: v[where] for name, v in part.done.observed.items()},
-        )
-        both.append(Part(done=done))
-    return both[0], both[1]
-
-
 class Flow:
     """Chunks in flight, and what has come back of them.
 
@@ -235,14 +221,11 @@ class Flow:
         if not rows:
             y = np.empty((0, self._job.work.n_outputs))
             return Evaluation(y=y, counts={"failed": 0})
-        whole = join(list(self._waiting))
-        self._waiting.clear()
-        if len(whole) == rows:
-            return whole.done
-        first, others = _split(whole, rows)
-        if len(others):
-            self._waiting.append(others)
-        return first.done
+        parts: list[Part] = []
+        while rows:  # a chunk is of one batch alone, so that they add up
+            parts.append(self._waiting.popleft())
+            rows -= len(parts[-1])
+        return join(parts).done
 
     def abandon(self) -> None:
         """Let nothing more come back; where all has, the workers stay as they are."""

@@ -22,9 +22,9 @@ from distributed import Client, LocalCluster
 import kneecore
 from kneecore import Input, Knee, Model, Output, SamplingSettings
 from kneecore._threads import available_cores
-from kneecore.runs.chunks import MOST_ROWS, PER_WORKER_S
+from kneecore.runs.chunks import PER_WORKER_S
 from kneecore.runs.cluster import Cluster
-from kneecore.study.monte_carlo import _Sums
+from kneecore.study.monte_carlo import BATCH, _Sums
 
 
 class Sleep:
@@ -149,7 +149,7 @@ def tell_a_thousand(chunk_cost):
     print("\n| a run takes | a chunk | chunks a second for 1,000 cores | cores kept busy |")
     print("|---|---|---|---|")
     for seconds in (0.0002, 0.001, 0.01, 0.1, 1.0, 60.0):
-        rows = min(max(Cluster.target_s, PER_WORKER_S * 1000) / seconds, MOST_ROWS)
+        rows = min(max(Cluster.target_s, PER_WORKER_S * 1000) / seconds, BATCH)
         chunk = max(rows, 1) * seconds
         busy = min(1000.0, rate * chunk)
         print(f"| {seconds:g} s | {chunk:.3g} s | {1000 / chunk:,.0f} | {busy:,.0f} |")

@@ -15,6 +15,7 @@ from run_models import Failing, many, points, square
 
 import kneecore
 from kneecore import FileFormatError, OutputError, SamplingSettings
+from kneecore.record import recording
 from kneecore.runs.log import RunLog
 from kneecore.runs.part import Trouble
 
@@ -179,3 +180,40 @@ def test_a_killed_study_goes_on_to_the_same_bytes(tmp_path, workers):
     assert resumed[:2] == whole[:2]
     assert abs(int(resumed[2]) - n_kept) <= 2  # a worker's last runs may have come meanwhile
     assert file.read_bytes().count(b"\n") == 151
+
+
+class Memory:
+    """A record of steps that are left and taken up again."""
+
+    def __init__(self):
+        self.states = {}
+
+    def run(self, what, identity, given, compute):
+        return compute()
+
+    def load(self, step):
+        return self.states.get(step)
+
+    def save(self, step, state, *, now=False):
+        self.states[step] = {name: np.array(values) for name, values in state().items()}
+
+
+@pytest.mark.parametrize("stop", [100, 2100])
+@pytest.mark.parametrize("how", ["raises", "nan"])
+def test_sampling_that_was_cancelled_within_a_batch_goes_on_to_the_same_bytes(how, stop):
+    asked = SamplingSettings(n_samples=5000)
+    memory = Memory()
+
+    def sampled(callback=None):
+        with recording(memory):
+            return kneecore.monte_carlo(square(Failing(how)), asked, callback=callback)
+
+    whole = kneecore.monte_carlo(square(Failing(how)), asked)
+    cut = sampled(lambda report: report.done > stop)
+    assert cut.stop_reason == "cancelled"
+    assert stop < cut.n_samples < 5000
+    assert (cut.n_samples % 2048 > 0) == (stop < 2048)  # in the midst of a batch, or at its end
+    again = sampled()
+    assert again.counts == whole.counts
+    for name in ("mean", "sd", "percentile_lower", "percentile_upper"):
+        np.testing.assert_array_equal(getattr(again.y, name), getattr(whole.y, name))
