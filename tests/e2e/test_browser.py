@@ -259,7 +259,7 @@ def test_the_live_worst_case_follows_a_bound(visitor, app):
     box.fill("1")
     visitor.wait_until(lambda: np.allclose(drawn()[:4], before[:4]))
     page.post("live", Asked(page.view.search.live, -1, False))
-    visitor.wait_until(lambda: drawn()[0] is None)
+    visitor.wait_until(lambda: np.isnan(drawn()[0]))
 
 
 def shown(visitor, node):
