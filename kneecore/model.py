@@ -32,6 +32,7 @@ from kneecore._arrays import numbers
 from kneecore._threads import thread_count
 from kneecore.errors import ModelError, ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, scales_of
+from kneecore.measurements import Measured, held
 from kneecore.returned import jacobian_of, run_all, run_each, shapes_of
 from kneecore.shape import Shape
 
@@ -54,7 +55,7 @@ class Evaluation:
     """Further quantities by name, shape (n, ...), where they were asked for."""
 
 
-class Model:
+class Model(Measured):
     """A model with uncertain inputs: what every search and every study here works on.
 
     Parameters
@@ -122,9 +123,9 @@ class Model:
         self.threads = threads
         self._size = 1.0
         self._scales = np.array(scales_of(self.outputs))
-        self.lower = _held([i.lower for i in self.inputs])
-        self.upper = _held([i.upper for i in self.inputs])
-        self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
+        self.lower = held([i.lower for i in self.inputs])
+        self.upper = held([i.upper for i in self.inputs])
+        self.nominal = held([number("nominal", i.nominal) for i in self.inputs])
         self.free = self.upper > self.lower
         self.free.setflags(write=False)
         if not self.free.any():
@@ -277,8 +278,8 @@ class Model:
             raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
         model = self._copy()
         model.inputs = tuple(one.widened(factor) for one in self.inputs)
-        model.lower = _held([i.lower for i in model.inputs])
-        model.upper = _held([i.upper for i in model.inputs])
+        model.lower = held([i.lower for i in model.inputs])
+        model.upper = held([i.upper for i in model.inputs])
         model._size = float(size)
         if self.proxy is not None:
             model.proxy = self.proxy.with_size(size)
@@ -392,9 +393,3 @@ class Model:
 
     def warm_up(self, *, gradient: bool = False) -> None:
         """Load what the first run would have to wait for; the gradient too, if it is wanted."""
-
-
-def _held(values: Sequence[float]) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
