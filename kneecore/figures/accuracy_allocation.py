@@ -19,10 +19,11 @@ def draw(found: AccuracyAllocation) -> dict[str, Figure]:
     """Return the figures of an allocation by name."""
     units = list(dict.fromkeys(found.units))
     rows = [[k for k, u in enumerate(found.units) if u == unit] for unit in units]
-    heights = [_ROW * len(row) + _FOOT for row in rows]
+    ratios = [len(row) for row in rows]
+    height = _ROW * sum(ratios) + _FOOT * len(rows) + 0.4
     with styled():
-        figure = Figure(figsize=(5.6, sum(heights) + 0.4), layout="constrained")
-        grid = figure.subplots(len(units), 1, squeeze=False, height_ratios=heights)[:, 0]
+        figure = Figure(figsize=(5.6, height), layout="constrained")
+        grid = figure.subplots(len(units), 1, squeeze=False, height_ratios=ratios)[:, 0]
         for axes, row, unit in zip(grid, rows, units, strict=True):
             _bars(axes, found, row, unit)
         figure.suptitle(_title(found), fontsize="medium")

@@ -94,6 +94,8 @@ def _needed_accuracy(need: NeededAccuracy) -> None:
 
 def _accuracy_allocation(found: AccuracyAllocation) -> None:
     _needed_accuracy(found.equal)
+    check_equal("equal.largest", found.equal.settings.largest, found.model.size)
+    check_holds("n_sampled_failed", found.n_sampled_failed <= found.n_sampled, "at most all")
     model, within = found.model, found.settings.within
     costs = found.settings.costs or {}
     check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])

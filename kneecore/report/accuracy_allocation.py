@@ -30,8 +30,10 @@ def _limit(found: AccuracyAllocation) -> str:
     return f"{found.model.columns[found.column].title} is at most {_value(found, within)}"
 
 
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
+def _goal(found: AccuracyAllocation) -> str:
+    """Return what holds, as the beginning of a sentence; a model's own name stays as it is."""
+    limit = _limit(found)
+    return limit[0].upper() + limit[1:] if isinstance(found.model, Knee) else limit
 
 
 def _saved(found: AccuracyAllocation) -> str:
@@ -47,18 +49,17 @@ def _saved(found: AccuracyAllocation) -> str:
 
 def summary(found: AccuracyAllocation) -> str:
     """Return the answer in one sentence."""
-    goal = _limit(found)
     if found.factors is None:
-        return f"Not {goal} even if all is known exactly: {_value(found, found.nominal_value)}."
+        return f"Not {_limit(found)} even if all is known exactly: {_value(found, found.nominal_value)}."
     if found.as_stated.all():
         return (
-            f"{_capital(goal)} even if no measurement is better than stated; the largest is "
+            f"{_goal(found)} even if no measurement is better than stated; the largest is "
             f"{_value(found, found.largest_value)}."
         )
     k = int(np.argmin(found.factors))
     tightest = with_unit(f"{found.stated[k] * found.factors[k]:.3g}", found.units[k])
     return (
-        f"{_capital(goal)} with a tolerance for each measurement, the tightest {found.names[k]} "
+        f"{_goal(found)} with a tolerance for each measurement, the tightest {found.names[k]} "
         f"to within {tightest}{_saved(found)}."
     )
 

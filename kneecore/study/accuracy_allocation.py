@@ -153,7 +153,10 @@ def accuracy_allocation(
     equal = needed_accuracy(
         model,
         NeededAccuracySettings(
-            within=settings.within, tolerance=settings.tolerance, seed=settings.seed
+            within=settings.within,
+            largest=model.size,  # as for the cheapest: nothing is wider than stated
+            tolerance=settings.tolerance,
+            seed=settings.seed,
         ),
         callback=callback,
     )
