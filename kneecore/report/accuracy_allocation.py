@@ -1,6 +1,6 @@
 """Which measurement must be how good, for people."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from rich.console import RenderableType
@@ -47,10 +47,11 @@ def _saved(found: AccuracyAllocation) -> str:
     return f"; that costs {less} than one tolerance for all ({where})"
 
 
-def summary(found: AccuracyAllocation) -> str:
-    """Return the answer in one sentence."""
+def summary(found: AccuracyAllocation, *, called: Callable[[str], str] = str) -> str:
+    """Return the answer in one sentence; `called` gives the measurements other names."""
     if found.factors is None:
-        return f"Not {_limit(found)} even if all is known exactly: {_value(found, found.nominal_value)}."
+        value = _value(found, found.nominal_value)
+        return f"Not {_limit(found)} even if all is known exactly: {value}."
     if found.as_stated.all():
         return (
             f"{_goal(found)} even if no measurement is better than stated; the largest is "
@@ -58,8 +59,9 @@ def summary(found: AccuracyAllocation) -> str:
         )
     k = int(np.argmin(found.factors))
     tightest = with_unit(f"{found.stated[k] * found.factors[k]:.3g}", found.units[k])
+    name = called(found.names[k])
     return (
-        f"{_goal(found)} with a tolerance for each measurement, the tightest {found.names[k]} "
+        f"{_goal(found)} with a tolerance for each measurement, the tightest {name} "
         f"to within {tightest}{_saved(found)}."
     )
 

@@ -74,7 +74,8 @@ class AccuracyAllocation(Presented):
     costs: FloatArray
     """What each costs that is as good as stated, shape (g,)."""
     equal_factors: FloatArray | None
-    """One tolerance for all as a share of what was stated, shape (g,); None if there is none."""
+    """One tolerance for all as a share of what was stated, shape (g,); None if there is none above
+    0."""
     factors: FloatArray | None
     """The cheapest, likewise; None if even exactly known inputs are not enough."""
     gains: FloatArray | None
@@ -162,7 +163,7 @@ def accuracy_allocation(
     )
     settings = replace(settings, within=equal.settings.within)
     places = [np.array(where, dtype=np.intp) for where in members.values()]
-    shares = None if equal.size is None else _factors(model, model.with_size(equal.size), places)
+    shares = _factors(model, model.with_size(equal.size), places) if equal.size else None
     assert settings.within is not None
     allocator = Allocator(
         model=model,

@@ -185,6 +185,16 @@ class TestEdges:
         assert "even if no measurement is better than stated" in found.summary()
         assert found.cost == found.equal_cost == 4.0
 
+    def test_when_the_bracket_of_one_tolerance_begins_at_0(self):
+        found = allocated(Levers(), within=NOMINAL + 1.0, tolerance=0.5)
+        assert (found.equal.size, found.equal_factors) == (0.0, None)
+        t = np.sqrt(1.0 / SLOPES)
+        np.testing.assert_allclose(
+            found.factors[:3], (t * 0.99 / (SLOPES[:3] @ t[:3]))[:3], rtol=0.01
+        )
+        assert "one tolerance" not in found.summary()
+        assert type(found).from_json(found.to_json()).to_json() == found.to_json()
+
     def test_when_nothing_is_enough(self):
         found = allocated(Levers(), within=NOMINAL - 1.0)
         assert (found.factors, found.gains, found.enlarged, found.cost) == (None,) * 4
