@@ -280,7 +280,7 @@ class TestEdges:
             (lambda: allocated(Knee(ParameterSpace(case="material"))), "`case` is 'material'"),
             (lambda: REST.with_widths(np.ones(3)), "`factors` has shape (3,); (28,) finite"),
             (lambda: REST.with_widths(-np.ones(28)), "`factors` has shape (28,)"),
-            (lambda: Levers().with_widths(np.zeros(5)), "`factors` leave no input to vary"),
+            (lambda: Levers().with_widths(np.zeros(5)), "all bounds have zero width"),
         ],
     )
     def test_refused_in_a_sentence(self, call, said):
