@@ -29,7 +29,7 @@ NOT_DERIVABLE = {
         *("search.options.*", "seeds.*", "bound_mm.*", "size.*", "largest_mm", "tolerance_mm"),
         "tolerance",
     ),
-    "what the clock said": ("seconds.*", "equal.seconds"),
+    "what the clock said": ("seconds", "seconds.*", "equal.seconds"),
     "what only the model can tell": (
         *("tension_n.*", "contact_force_n.*", "indentation_mm.*", "ap_position_mm.*"),
         *("tibia_position_mm.*", "ligament_rest_length_mm.*", "load_free_position_mm.*"),
