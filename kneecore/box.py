@@ -59,7 +59,7 @@ class Box:
     @property
     def measurements(self) -> Mapping[str, str]:
         """Which measurement tells each input, by name: it knows all its inputs equally well."""
-        return {name: name for name in self.names}
+        return {i.name: i.measurement or i.name for i in self.inputs}
 
     def stated_tolerance(self, name: str) -> tuple[float, str]:
         """Return how far an input may be from the middle of its bounds, and the unit of that."""

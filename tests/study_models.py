@@ -129,11 +129,11 @@ class Levers(Model):
         super().__init__(
             lambda x: x @ LEVERS[:, None],
             [
-                Input("a", nominal=10.0, half_range=2.0, unit="mm"),
-                Input("b", nominal=-3.0, half_range=2.0, unit="mm"),
-                Input("c", nominal=50.0, tolerance_percent=10.0, unit="N"),
-                Input("d", lower=-4.0, upper=4.0, unit="deg"),
-                Input("e", nominal=1.0, half_range=1.0, unit="deg"),
+                Input("a", nominal=10.0, half_range=2.0, unit="mm", measurement="ends"),
+                Input("b", nominal=-3.0, half_range=2.0, unit="mm", measurement="ends"),
+                Input("c", nominal=50.0, tolerance_percent=10.0, unit="N", measurement="force"),
+                Input("d", lower=-4.0, upper=4.0, unit="deg", measurement="slope"),
+                Input("e", nominal=1.0, half_range=1.0, unit="deg", measurement="offset"),
             ],
             [Output("sum", unit="mm")],
             batched=True,
@@ -141,8 +141,3 @@ class Levers(Model):
             name="levers",
             **options,
         )
-
-    @property
-    def measurements(self):
-        """The ends of one lever are seen in one picture."""
-        return {"a": "ends", "b": "ends", "c": "force", "d": "slope", "e": "offset"}

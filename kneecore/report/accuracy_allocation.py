@@ -93,8 +93,8 @@ def checks(found: AccuracyAllocation) -> list[str]:
         roomy = [k for k in open_ones if not found.enlarged[k] > within]
         percent = 100.0 * (ENLARGED - 1.0)
         told.append(
-            f"{percent:.0f} % wider alone, {len(open_ones) - len(roomy)} of {len(open_ones)} "
-            "tolerances pass the limit (last column); the others are as stated."
+            f"{percent:.0f} % wider alone (at most as stated), {len(open_ones) - len(roomy)} of "
+            f"{len(open_ones)} tolerances pass the limit; the others are as stated."
         )
         told += [
             f"{found.names[k]} has room: {_value(found, found.enlarged[k])} then." for k in roomy

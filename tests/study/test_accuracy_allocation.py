@@ -12,6 +12,7 @@ import kneecore
 from kneecore import (
     AccuracyAllocationSettings,
     Cancelled,
+    FileFormatError,
     Input,
     Knee,
     Model,
@@ -241,6 +242,22 @@ class TestEdges:
         found = allocated(Mixed(), within=NOMINAL + 12.0)
         assert (found.units[0], found.stated[0]) == ("% of its bounds", 100.0)
 
+    def test_a_models_file_tells_what_is_measured_together(self, tmp_path):
+        path = tmp_path / "model.toml"
+        path.write_text(
+            """
+            name = "sum"
+            inputs = [
+                { name = "a", lower = -1.0, upper = 1.0, measurement = "both" },
+                { name = "b", lower = -1.0, upper = 1.0, measurement = "both" },
+                { name = "c", lower = -1.0, upper = 1.0 },
+            ]
+            outputs = [{ name = "y" }]
+            function = { run = "numpy:sum" }
+            """
+        )
+        assert Model.from_file(path).measurements == {"a": "both", "b": "both", "c": "c"}
+
     def test_an_interior_maximum_needs_no_accuracy(self):
         model = Model(
             lambda x: np.stack([x[:, 0] - x[:, 1] ** 2], axis=1),
@@ -278,6 +295,10 @@ class TestEdges:
             (lambda: allocated(tolerance=-1.0), "`tolerance` is -1"),
             (lambda: allocated(seed=-1), "`seed` is -1"),
             (lambda: allocated(Knee(ParameterSpace(case="material"))), "`case` is 'material'"),
+            (
+                lambda: Input("a", half_range=1.0, nominal=0.0, measurement=" "),
+                "`measurement of a`",
+            ),
             (lambda: REST.with_widths(np.ones(3)), "`factors` has shape (3,); (28,) finite"),
             (lambda: REST.with_widths(-np.ones(28)), "`factors` has shape (28,)"),
             (lambda: Levers().with_widths(np.zeros(5)), "all bounds have zero width"),
@@ -313,6 +334,29 @@ class TestWidths:
         other = knee.with_widths(np.full(28, 0.5))
         np.testing.assert_allclose(0.5 * (other.lower + other.upper)[:22], centre[:22])
         np.testing.assert_array_equal(other.space.baseline, knee.space.baseline)
+
+
+class TestFiles:
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            (lambda row: row.update(stated=2 * row["stated"]), "`measurements.stated` is 2.0"),
+            (lambda row: row.update(name="acl"), "`measurements` must be acl_femur"),
+            (lambda row: row.update(inputs=["acl_femur_x"]), "`measurements.inputs` contradicts"),
+            (lambda row: row.update(cost=3.0), "`measurements.cost` is 3.0; 1.0 follows"),
+            (lambda row: row.update(enlarged_deg=None), "`enlarged` contradicts"),
+            (lambda row: row.update(cheapest_share=0.0), "a number above 0 is needed"),
+        ],
+    )
+    def test_what_contradicts_the_rest_is_refused(self, knees, change, said):
+        document = knees.to_dict()
+        row = document["measurements"][0]
+        change(row)
+        for name in ("equal", "cheapest"):
+            row[name] = row["stated"] * row[f"{name}_share"]
+        with pytest.raises(FileFormatError) as refused:
+            type(knees).from_json(json.dumps(document))
+        assert said in str(refused.value)
 
 
 class TestCommand:
