@@ -9,6 +9,7 @@ from kneecore.errors import ParameterError
 from kneecore.knee.parameters import STRUCTURE, widened
 from kneecore.knee.space import ParameterSpace
 from kneecore.knee.units import si_factor
+from kneecore.numbers import DIGITS
 
 __all__ = [
     "half_ranges",
@@ -70,8 +71,8 @@ def stated_tolerance(space: ParameterSpace, name: str) -> tuple[float, str]:
     k = space.names.index(name)
     half, row = float(half_ranges(space)[k]), STRUCTURE[k]
     if row[2] == "material":
-        return 100.0 * half / abs(float(space.centre[k])), "%"
-    return half / si_factor(row[3]), row[3]
+        return round(100.0 * half / abs(float(space.centre[k])), DIGITS), "%"
+    return round(half / si_factor(row[3]), DIGITS), row[3]  # the bounds' own rounding is in it
 
 
 def needs_file(space: ParameterSpace) -> bool:

@@ -126,14 +126,9 @@ class Allocator:
     def meet(self, factors: FloatArray) -> Point | None:
         """Scale tolerances, at most to what was stated, until the limit is just met.
 
-        Those that are as stated stay so, unless the limit cannot be met without them.
+        Those that are as stated stay so. None if the limit cannot be met with these.
         """
-        point = self._scaled(factors, factors < 1.0) if (factors < 1.0).any() else None
-        if point is None and (factors >= 1.0).any():
-            point = self._scaled(factors, np.ones(len(factors), dtype=bool))
-        return point
-
-    def _scaled(self, factors: FloatArray, moved: NDArray[np.bool_]) -> Point | None:
+        moved = factors < 1.0
         allowed = _ROOM * (self.within - self.nominal_value)
         scale, low, high = 1.0, 0.0, np.inf
         best: Point | None = None
@@ -144,6 +139,8 @@ class Allocator:
                 low, best = scale, point
                 if room <= allowed or not open_ones.any():
                     break
+            elif not open_ones.any():
+                break
             else:
                 high = scale
             slope = float(point.gains[open_ones].sum())
