@@ -8,6 +8,7 @@ import study_models
 
 import kneecore
 from kneecore import (
+    AccuracyAllocationSettings,
     BoundSweepSettings,
     InfluenceSettings,
     Knee,
@@ -49,6 +50,10 @@ def texts():
     made |= _of(study_models.Filter(), ("L", "C"), "model")
     wide = NeededAccuracySettings(tolerance=0.2)
     made["knee need"] = kneecore.needed_accuracy(knee, wide).to_json()
+    rough = AccuracyAllocationSettings(tolerance=0.2, costs={"acl_femur": 2.0})
+    made["knee allocation"] = kneecore.accuracy_allocation(knee, rough).to_json()
+    goal = AccuracyAllocationSettings(within=180.0)
+    made["model allocation"] = kneecore.accuracy_allocation(study_models.Levers(), goal).to_json()
     repaired = SearchSettings(method="exact", repair=True)
     made["knee repair"] = kneecore.worst_case(knee, repaired).to_json()
     exact = SearchSettings(method="exact")

@@ -7,9 +7,11 @@ import numpy as np
 from kneecore.errors import FileFormatError
 from kneecore.files.consistent import check_equal, check_holds
 from kneecore.files.search_relations import check_response, check_search, check_within
+from kneecore.knee.model import Knee
 from kneecore.numerics.sampling_options import check_count
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import judge
+from kneecore.study.accuracy_allocation import AccuracyAllocation, members_of, stated_tolerances
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.comparison import Comparison
 from kneecore.study.influence import InfluenceResult
@@ -90,6 +92,30 @@ def _needed_accuracy(need: NeededAccuracy) -> None:
         _not_below("beyond_value", need.beyond_value, need.settings.within, "above what is allowed")
 
 
+def _accuracy_allocation(found: AccuracyAllocation) -> None:
+    _needed_accuracy(found.equal)
+    check_equal("equal.largest", found.equal.settings.largest, found.model.size)
+    check_holds("n_sampled_failed", found.n_sampled_failed <= found.n_sampled, "at most all")
+    model, within = found.model, found.settings.within
+    costs = found.settings.costs or {}
+    check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])
+    if isinstance(model, Knee):  # of any other, files do not hold what is measured together
+        members = members_of(model)
+        if found.names != tuple(members):
+            raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+        stated = [tolerance for tolerance, _ in stated_tolerances(model, members.values())]
+        check_equal("measurements.stated", found.stated, stated)
+    known = sorted(name for group in found.inputs for name in group)
+    check_holds("measurements.inputs", known == sorted(model.free_names), "each input once")
+    if found.factors is None or found.enlarged is None or within is None:
+        check_holds("nominal_value", within is None or found.nominal_value >= within, "too large")
+        return
+    _between("measurements.cheapest_share", found.factors, 0.0, 1.0)
+    _not_below("within", within, found.largest_value, "the largest value is at most as large")
+    alone = np.isfinite(found.enlarged)
+    check_holds("enlarged", alone == ~found.as_stated, "a number where it is not as stated")
+
+
 def _training_sweep(sweep: TrainingSweep) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         gap = 100.0 * (1.0 - sweep.objective_model / sweep.objective_surrogate)
@@ -142,6 +168,7 @@ _CHECKS: dict[str, Any] = {
     "Landscape": _landscape,
     "BoundSweep": _bound_sweep,
     "NeededAccuracy": _needed_accuracy,
+    "AccuracyAllocation": _accuracy_allocation,
     "TrainingSweep": _training_sweep,
     "SurrogateQuality": _surrogate_quality,
     "Comparison": _comparison,

@@ -20,22 +20,28 @@ KINDS = [
             *("landscape", "sweep", "training", "quality"),
         )
     ),
+    *("knee allocation", "model allocation"),
     *("knee need", "knee repair", "knee exact", "response", "paper"),
 ]
 NOT_DERIVABLE = {
     "what was asked for": (
         *("baseline.rest_length_bound_*", "model.size", "model.inputs.*", "model.outputs.*"),
         *("search.options.*", "seeds.*", "bound_mm.*", "size.*", "largest_mm", "tolerance_mm"),
+        "tolerance",
     ),
-    "what the clock said": ("seconds.*",),
+    "what the clock said": ("seconds", "seconds.*", "equal.seconds"),
     "what only the model can tell": (
         *("tension_n.*", "contact_force_n.*", "indentation_mm.*", "ap_position_mm.*"),
         *("tibia_position_mm.*", "ligament_rest_length_mm.*", "load_free_position_mm.*"),
         *("flexion_deg.*", "y.*", "objective_model.*", "pair.*", "extremes.*"),
         *("least_angle_deg.*", "largest_angle_deg*", "sampled_largest_angle_deg", "tried.*"),
+        *("measurements.*.adds_deg", "measurements.*.enlarged_deg", "measurements.*.gain"),
+        *("nominal_value", "nominal_angle_deg", "sampled_value", "equal.tried.*"),
+        *("equal.largest_value", "equal.largest_angle_deg", "equal.sampled_*"),
     ),
     "what became of each run, which is not kept": (
         *("counts.*", "n_failed*", "n_refined", "n_unsettled", "n_lost", "n_test", "n_sampled"),
+        *("n_sampled_failed", "equal.n_sampled"),
         *("repair.models_failed", "evidence.models_*"),
     ),
     "what comes from samples that are not kept": (
