@@ -18,14 +18,13 @@ from kneecore import (
     SurrogateQualitySettings,
     TrainingSweepSettings,
 )
-from kneecore.files.folder import to_json
 from kneecore.files.bound_study import BoundStudy
+from kneecore.files.folder import to_json
 from kneecore.files.response import to_dict as response_to_dict
 from kneecore.files.study import Study
 from kneecore.paper import redo
 from kneecore.paper.experiments import Budget
 from kneecore.study.comparison import compare_with_sampling
-
 
 TINY = Budget(
     pop_size=20,
@@ -41,7 +40,7 @@ TINY = Budget(
 def _of(model, names):
     search = kneecore.worst_case(model, SearchSettings(pop_size=20, n_generations=5))
     sampled = kneecore.monte_carlo(model, SamplingSettings(n_samples=40), marks=search.y)
-    made = {
+    return {
         "search": search,
         "samples": sampled,
         "comparison": compare_with_sampling(search, sampled),
@@ -51,7 +50,6 @@ def _of(model, names):
         "training": kneecore.training_sweep(model, TrainingSweepSettings(sizes=(40,), n_seeds=2)),
         "quality": kneecore.surrogate_quality(model, SurrogateQualitySettings(n_test=20)),
     }
-    return made
 
 
 def _studies(made):

@@ -52,7 +52,12 @@ def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
     knee = options.knee()
     run.check_step_check(options.check_step, knee.solver)
     settings = settings_from(SearchSettings, options).of(knee)
-    tell_budget(COMMAND, knee, search_budget(settings, knee), quiet=options.quiet or options.json)
+    budgets = [search_budget(settings, knee)]
+    if options.compare:
+        from kneecore.search.compare import comparison_budgets
+
+        budgets += comparison_budgets(knee, settings)
+    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     return knee, settings
 
 

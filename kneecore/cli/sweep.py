@@ -72,15 +72,19 @@ def _sweep_training(
 def _sweep_bounds(options: _Bound, knee: "Knee", callback: "Callback") -> "BoundStudy | None":
     from dataclasses import replace
 
+    from kneecore.cli.budget import tell_budget
     from kneecore.files.bound_study import BoundStudy
     from kneecore.progress import Cancelled
     from kneecore.study.bound_sweep import bound_sweep
+    from kneecore.study.budget import study_budget
     from kneecore.study.needed_accuracy import needed_accuracy
 
     settings = settings_from(BoundSweepSettings, options)
     asked = settings_from(NeededAccuracySettings, options)
     if asked.largest is None:
         asked = replace(asked, largest=max(*knee.sizes, *(settings.sizes or ())))
+    budgets = [study_budget(one, knee) for one in (settings, asked)]
+    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     study = None
     try:
         study = BoundStudy(sweep=bound_sweep(knee, settings, callback=callback))

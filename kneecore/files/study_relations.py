@@ -64,7 +64,9 @@ def _monte_carlo(study: MonteCarloResult) -> None:
     for name, spread in study.observed.items():
         _spread(name, spread, digits)
     check_count("n_samples", study.n_samples)
-    fits = study.n_samples == drawn or (study.stop_reason == "cancelled" and study.n_samples < drawn)
+    fits = study.n_samples == drawn or (
+        study.stop_reason == "cancelled" and study.n_samples < drawn
+    )
     check_holds("n_samples", fits, f"{drawn} follows from what was asked for")
     for name, count in study.counts.items():
         check_holds(f"n_{name}", count <= study.n_samples, "at most `n_samples`")
@@ -177,7 +179,11 @@ def _surrogate_quality(quality: SurrogateQuality) -> None:
     both = (judged.f_surrogate, judged.f_model)
     rounding = _RANKED if any(len(set(f.tolist())) < len(f) for f in both) else _EXACT
     check_equal(
-        "rank_correlation_pairs", judged.rank_f, rank_correlation(*both), size=1.0, rounding=rounding
+        "rank_correlation_pairs",
+        judged.rank_f,
+        rank_correlation(*both),
+        size=1.0,
+        rounding=rounding,
     )
     check_holds(
         "n_failed", quality.n_failed < quality.settings.training_samples, "below `training_samples`"

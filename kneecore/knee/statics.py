@@ -1,4 +1,4 @@
-"""What follows from a knee and its poses without any motion, in plain NumPy: what files are held to.
+"""What follows from a knee and its poses without a motion, in plain NumPy: files are held to it.
 
 The kernels of `kneecore.knee.physics` compute the same. This is written apart from them, so that a
 file is read without compiling anything, and by the textbook's way: the tibia's origin and its turn,
@@ -47,7 +47,8 @@ class Observed:
 def _turns(flexion: FloatArray) -> FloatArray:
     """Return the rotations of the tibia, shape (..., 2, 2), for flexion angles, rad."""
     c, s = np.cos(flexion), np.sin(flexion)
-    return np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=-2)
+    turns: FloatArray = np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=-2)
+    return turns
 
 
 def _attachments(x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -72,7 +73,7 @@ def load_free(x: FloatArray, baseline: FloatArray, *, fixed: bool) -> LoadFree:
     fixed : bool
         Whether the ligaments are as long as the baseline's.
     """
-    turn = _turns(np.float64(THETA_0))
+    turn = _turns(np.array(THETA_0))
     point, tangent, normal = _plateau(baseline)
     touching = point + STATION * tangent + baseline[18] * normal
     first = baseline[16:18] - turn @ touching

@@ -29,7 +29,14 @@ from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import SurrogateQualitySettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["Judgement", "SurrogateQuality", "judge", "new_points", "rank_correlation", "surrogate_quality"]
+__all__ = [
+    "Judgement",
+    "SurrogateQuality",
+    "judge",
+    "new_points",
+    "rank_correlation",
+    "surrogate_quality",
+]
 
 FloatArray = NDArray[np.float64]
 _TEST_SEEDS = 2**62
