@@ -1,12 +1,15 @@
 """A file that contradicts itself is refused, whatever kind of result it is."""
 
 import json
+import os
+import subprocess
+import sys
 from fnmatch import fnmatchcase
 
 import every_kind
 import pytest
 
-from kneecore import FileFormatError
+from kneecore import FileFormatError, Input, Model, Output, SearchSettings, worst_case
 from kneecore.files.digest import digest_of
 from kneecore.files.load import read_document
 from kneecore.presented import format_with_schema
@@ -148,3 +151,79 @@ def test_what_contradicts_itself_is_named(path, value, said):
     document = every_kind.without_digest(every_kind.texts()["knee search"])
     with pytest.raises(FileFormatError, match=said):
         read(every_kind.altered(document, path, value))
+
+
+def test_small_numbers_of_other_models_are_held_to_their_own_size():
+    def run(x):
+        return 1e-9 * x @ [[1.0, 2.0], [3.0, -1.0]]
+
+    inputs = [Input(name, lower=0.0, upper=1.0) for name in ("a", "b")]
+    model = Model(run, inputs, [Output("y", axis=(1, 2))], batched=True)
+    settings = SearchSettings(training_samples=5, pop_size=20, n_generations=5)
+    document = every_kind.without_digest(worst_case(model, settings).to_json())
+    read(document)
+    with pytest.raises(FileFormatError, match="`objective_model` is "):
+        read(document | {"objective_model": 1.001 * document["objective_model"]})
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "response"])
+@pytest.mark.parametrize("key", ["title", "flexion_at_rest_deg"])
+def test_what_stands_beside_a_response_stands_nowhere_else(kind, key):
+    document = every_kind.without_digest(every_kind.texts()[kind])
+    with pytest.raises(FileFormatError, match=f"the key '{key}' is none"):
+        read(document | {key: "surprise"})
+
+
+@pytest.mark.parametrize(
+    ("kind", "path", "value", "said"),
+    [
+        ("knee search", ("search", "history", 2), 1e3, "`search.history` contradicts"),
+        ("knee search", ("counts", "pairs_evaluated"), 7, "`counts.pairs_evaluated` contradicts"),
+        ("knee exact", ("search", "run_values", 0), 1.0, "`search.run_values` is 1.0; "),
+        ("knee exact", ("evidence", "second_best"), 1e3, "`evidence.second_best` contradicts"),
+        ("knee exact", ("evidence", "patterns", 0, "objective"), 1e3, "`evidence.patterns` contra"),
+        ("knee repair", ("search", "history", -1), 1.0, "`search.history` is 1.0; "),
+        ("knee repair", ("repair", "models_failed"), 1, "`repair.models_failed` contradicts"),
+        ("knee in motion", ("evidence", "objective_before_climb"), 1e3, "before_climb` contradict"),
+        ("knee need", ("largest_angle_deg",), 4.0, "`largest_value` is 4.0; "),
+        ("knee quality", ("rank_correlation_pairs",), 0.5, "`rank_correlation_pairs` is 0.5; "),
+        ("knee study", ("comparison", "excess_share", "model_1", 0), 9.0, "excess_share"),
+        (
+            "knee exact",
+            ("ligament_rest_length_mm", "model_1", 0),
+            30.0,
+            "rest_length_mm.model_1` is",
+        ),
+        ("knee exact", ("tension_n", "model_2", 5, 0), 30.0, "`tension_n.model_2` is 30.0; "),
+        ("knee exact", ("flexion_deg", "baseline", 5), -3.0, "`tension_n.baseline` is "),
+        ("knee exact", ("implausible", "model_1", 3), True, "`implausible.model_1` contradicts"),
+    ],
+)
+def test_what_follows_is_named(kind, path, value, said):
+    document = every_kind.without_digest(every_kind.texts()[kind])
+    with pytest.raises(FileFormatError, match=said):
+        read(every_kind.altered(document, path, value))
+
+
+_READ = """
+import sys
+import kneecore
+from numba.core.dispatcher import Dispatcher
+
+def refused(kernel, signature):
+    raise SystemExit(f"{kernel.py_func.__name__} was compiled")
+
+Dispatcher.compile = refused
+for path in sys.argv[1:]:
+    kneecore.load(path)
+"""
+
+
+def test_a_file_is_read_without_compiling_anything(tmp_path):
+    kinds = ("knee search", "knee repair", "knee exact", "model search", "response")
+    for kind in kinds:
+        (tmp_path / f"{kind}.json").write_text(every_kind.texts()[kind], encoding="utf-8")
+    command = [sys.executable, "-c", _READ, *map(str, sorted(tmp_path.iterdir()))]
+    cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run(command, env=cold, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
