@@ -77,8 +77,11 @@ def _limit(file: Path) -> float:
 
 
 def surrogate_memory(n_samples: int, n_dimensions: int) -> float:
-    """Return the bytes of a surrogate's fit: the linear system, its factors and its inverse."""
-    return 3 * 8.0 * (n_samples + n_dimensions + 1) ** 2
+    """Return the bytes of a surrogate's fit.
+
+    Those are the linear system, its factors and its inverse, and all samples' differences.
+    """
+    return 8.0 * (3 * (n_samples + n_dimensions + 1) ** 2 + n_samples**2 * n_dimensions)
 
 
 def check_budget(budget: Budget) -> None:

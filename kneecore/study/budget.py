@@ -46,7 +46,8 @@ def _sampling(settings: SamplingSettings, m: int, d: int) -> Budget:
 
 def _influence(settings: InfluenceSettings, m: int, d: int) -> Budget:
     n = settings.n_base * (d + 2)
-    memory = {"n_base": 8.0 * n * m * (2 if settings.intervals else 1)}
+    # Points of the cube, the same as inputs, and the outputs.
+    memory = {"n_base": 8.0 * n * (2 * d + m * (2 if settings.intervals else 1))}
     return _budget(settings, n, {"n_base": n * _SECONDS_A_MODEL}, memory)
 
 
@@ -63,7 +64,7 @@ def _training_sweep(settings: TrainingSweepSettings, _m: int, d: int) -> Budget:
 def _quality(settings: SurrogateQualitySettings, m: int, d: int) -> Budget:
     memory = {
         "training_samples": surrogate_memory(settings.training_samples, d),
-        "n_test": 8.0 * settings.n_test * (d + 3 * m),
+        "n_test": 8.0 * settings.n_test * 4 * (d + m),
     }
     models = settings.training_samples + settings.n_test
     return _budget(settings, models, {"n_test": models * _SECONDS_A_MODEL}, memory)
