@@ -88,20 +88,25 @@ def _sweep_training(
 def _sweep_bounds(options: _Bound, model: "Model", callback: "Callback") -> "BoundStudy | None":
     from dataclasses import replace
 
+    from kneecore.cli.budget import tell_budget
     from kneecore.files.bound_study import BoundStudy
     from kneecore.progress import Cancelled
     from kneecore.study.bound_sweep import bound_sweep
+    from kneecore.study.budget import study_budget
     from kneecore.study.needed_accuracy import needed_accuracy
 
     settings = settings_from(BoundSweepSettings, options)
     asked = settings_from(NeededAccuracySettings, options)
     if asked.largest is None:
         asked = replace(asked, largest=max(*model.sizes, *(settings.sizes or ())))
+    # Nobody has said of a model of one's own what is good enough, unless asked with --within.
+    is_told = asked.within is not None or model.goal is not None
+    budgets = [study_budget(one, model) for one in (settings, *([asked] if is_told else []))]
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
     study = None
     try:
         study = BoundStudy(sweep=bound_sweep(model, settings, callback=callback))
-        # Nobody has said of a model of one's own what is good enough, unless asked with --within.
-        if asked.within is not None or model.goal is not None:
+        if is_told:
             study.need = needed_accuracy(model, asked, callback=callback)
     except Cancelled:
         pass
