@@ -45,10 +45,12 @@ from .progress import Progress as Progress
 from .report.command import command_line as command_line
 from .search.compare import compare_methods as compare_methods
 from .search.compare import with_methods as with_methods
+from .search.result import BoundEvidence as BoundEvidence
 from .search.result import Evidence as Evidence
 from .search.result import MethodTrace as MethodTrace
 from .search.result import Repair as Repair
 from .search.result import RepairRound as RepairRound
+from .search.result import SampledBound as SampledBound
 from .search.result import SearchResult as SearchResult
 from .search.settings import SearchSettings as SearchSettings
 from .search.training import TrainedSurrogate as TrainedSurrogate

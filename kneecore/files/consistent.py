@@ -11,7 +11,14 @@ from kneecore._arguments import shown
 from kneecore._version import versions
 from kneecore.errors import FileFormatError
 
-__all__ = ["check_equal", "check_finite_or_not", "check_holds", "check_plain", "check_same"]
+__all__ = [
+    "ROUNDING",
+    "check_equal",
+    "check_finite_or_not",
+    "check_holds",
+    "check_plain",
+    "check_same",
+]
 
 ROUNDING = 1e-8
 """Knees' numbers have ten decimals; what is derived from several has lost two."""

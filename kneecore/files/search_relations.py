@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import FileFormatError
-from kneecore.files.consistent import check_equal, check_finite_or_not, check_holds
+from kneecore.files.consistent import ROUNDING, check_equal, check_finite_or_not, check_holds
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import ALL_NAMES
 from kneecore.knee.response import Response
 from kneecore.model import Model
 from kneecore.search.problem import pair_value
-from kneecore.search.result import Evidence, Repair, SearchResult, gap_percent
+from kneecore.search.result import BoundEvidence, Evidence, Repair, SearchResult, gap_percent
+from kneecore.search.sampled_bound import MAX_ENUMERATED
 
 __all__ = ["check_response", "check_search", "check_within"]
 
@@ -66,6 +67,8 @@ def check_search(result: SearchResult) -> None:
     _check_history(result)
     _check_counts(result)
     _check_evidence(result.evidence)
+    if result.evidence is not None and result.evidence.bound is not None:
+        _check_bound(result, result.evidence, result.evidence.bound)
     _check_repair(result.repair)
     for trace in result.methods:
         where = f"comparison.methods.{trace.method}"
@@ -136,6 +139,30 @@ def _check_evidence(evidence: Evidence | None) -> None:
     )
     signs = [set(signs) <= {-1, 0, 1} for signs, _ in evidence.patterns]
     check_holds("evidence.patterns", signs, "signs are -1, 0 or 1")
+
+
+def _check_bound(result: SearchResult, evidence: Evidence, bound: BoundEvidence) -> None:
+    where, settings, model = "evidence.bound", result.settings, result.model
+    check_holds(where, settings.bound, "it is there only if it was asked for")
+    check_equal(f"{where}.inputs", bound.n_inputs, model.n_free)
+    rising = (0, bound.n_one_signed, bound.n_one_signed_sampled, bound.n_inputs)
+    check_holds(f"{where}.one_signed", np.diff(rising) >= 0, "at most the sampled, and the inputs")
+    check_holds(f"{where}.models_lost", bound.n_failed <= bound.n_models, "at most the models")
+    left = bound.n_inputs - bound.n_one_signed
+    follows = None if left > MAX_ENUMERATED else 2 ** (left + 1)
+    check_equal(f"{where}.vertices", bound.n_vertices, follows)
+    for f in (bound.vertices_objective, bound.vertices_in_motion):
+        check_holds(f"{where}.vertices_objective", follows or f is None, "none without vertices")
+    n_counting = np.count_nonzero(model.weights(settings.objective, settings.weights))
+    check_equal(f"{where}.patterns", bound.n_patterns, 2.0 ** (n_counting - 1))
+    where = f"{where}.sampled_bounds"
+    steps = np.diff([-1.0, *(one.widening_percent for one in bound.bounds)])
+    check_holds(where, steps > 0.0, "`widening_percent` rises from 0")
+    values = [evidence.objective_proxy or -np.inf, *(one.objective for one in bound.bounds)]
+    check_holds(where, np.diff(values) >= -ROUNDING, "none falls, or is below the f that was found")
+    check_holds(where, not (bound.bounds and bound.n_failed), "none where models fail")
+    looks = [one.n_looks <= bound.n_patterns for one in bound.bounds]
+    check_holds(where, looks, "at most all patterns are looked at")
 
 
 def _check_repair(repair: Repair | None) -> None:
