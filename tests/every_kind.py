@@ -53,6 +53,10 @@ def texts():
     made["knee repair"] = kneecore.worst_case(knee, repaired).to_json()
     exact = SearchSettings(method="exact")
     made["knee exact"] = kneecore.worst_case(knee, exact).to_json()
+    moved = Knee(kneecore.ParameterSpace(case="material"))
+    made["knee bound"] = kneecore.worst_case(
+        moved, SearchSettings(method="exact", bound=True)
+    ).to_json()
     made["response"] = to_json(response_to_dict(kneecore.simulate(knee.space.baseline)))
     made["paper"] = redo_paper(Knee(), quick=True).to_json()
     return made

@@ -158,8 +158,9 @@ def _check_bound(result: SearchResult, evidence: Evidence, bound: BoundEvidence)
     where = f"{where}.sampled_bounds"
     steps = np.diff([-1.0, *(one.widening_percent for one in bound.bounds)])
     check_holds(where, steps > 0.0, "`widening_percent` rises from 0")
-    values = [evidence.objective_proxy or -np.inf, *(one.objective for one in bound.bounds)]
-    check_holds(where, np.diff(values) >= -ROUNDING, "none falls, or is below the f that was found")
+    known = max(evidence.objective_proxy or 0.0, bound.vertices_objective or 0.0)
+    values = [known, *(one.objective for one in bound.bounds)]
+    check_holds(where, np.diff(values) >= -ROUNDING, "none falls, or is below what was found")
     check_holds(where, not (bound.bounds and bound.n_failed), "none where models fail")
     looks = [one.n_looks <= bound.n_patterns for one in bound.bounds]
     check_holds(where, looks, "at most all patterns are looked at")

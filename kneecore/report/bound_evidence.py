@@ -45,9 +45,10 @@ def bound_lines(result: SearchResult) -> list[str]:
         return [*lines, _no_bound_line(bound)]
     where = " at rest (motion has no slopes)" if at_rest else ""
     looks = max(one.n_looks for one in bound.bounds)
+    near = f"; at most {looks} of them needed a closer look" if looks else ""
     lines.append(
-        f"f{where} is at most, over all {bound.n_patterns:,} patterns of signs (all but {looks} or "
-        "fewer are ruled out by slopes over the whole bounds alone):"
+        f"f{where} is at most, over all {bound.n_patterns:,} patterns of signs (by slopes over the "
+        f"whole bounds{near}):"
     )
     for one in bound.bounds:
         above = _above(one.objective, evidence.objective_proxy)
@@ -58,11 +59,14 @@ def bound_lines(result: SearchResult) -> list[str]:
 def _signs_line(bound: BoundEvidence, *, at_rest: bool) -> str:
     lost = f", {bound.n_failed:,} of which failed" if bound.n_failed else ""
     rest = " at rest" if at_rest else ""
-    return (
+    told = (
         f"{bound.n_one_signed} of {bound.n_inputs} inputs have a slope that keeps its sign over "
-        f"{bound.n_models:,} models{rest} within the bounds{lost} "
-        f"({bound.n_one_signed_sampled} over random ones, the rest a search for a change of sign)."
+        f"{bound.n_models:,} models{rest} within the bounds{lost}"
     )
+    if not bound.n_one_signed_sampled:
+        return f"{told}."
+    random = bound.n_one_signed_sampled
+    return f"{told}: {random} over random ones, and then {bound.n_one_signed} under attack."
 
 
 def _vertices_line(
@@ -71,10 +75,10 @@ def _vertices_line(
     left = bound.n_inputs - bound.n_one_signed
     if bound.n_vertices is None:
         return (
-            f"{left} inputs are left, too many to enumerate their vertices (at most "
+            f"{left} inputs are not one-signed, too many to enumerate their vertices (at most "
             f"{MAX_ENUMERATED}): nothing is said of them."
         )
-    told = f"The {bound.n_vertices:,} vertices of the other {left}, all computed"
+    told = f"The {bound.n_vertices:,} vertices that are left by the other {left}, all computed"
     if bound.vertices_objective is None:
         return f"{told}: models fail on some, and nothing is said of them."
     rest = " at rest" if at_rest else ""

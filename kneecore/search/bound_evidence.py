@@ -28,6 +28,7 @@ class _Told:
     def __init__(self, model: Model, tell: Tell | None) -> None:
         self._model, self._tell = model, tell
         self._done = 0.0
+        self.n_inputs = model.n_free
 
     def __call__(self, u: FloatArray, weights: FloatArray) -> Slopes:
         self.reach(self._done)
@@ -74,7 +75,8 @@ def bound_evidence(
     guide = model if model.has_gradient else model.proxy
     assert guide is not None
     slopes, d = _Told(guide, tell), model.n_free
-    signed = np.array(evidence.patterns[0][0]) * weights
+    signed, known = np.array(evidence.patterns[0][0]) * weights, evidence.objective_proxy
+    assert known is not None
     signs = slope_signs(slopes, d, signed, seed=seed, tell=lambda s: slopes.reach(_SIGNS * s))
     n_vertices, at_rest, in_motion = None, None, None
     if d - signs.n_one_signed <= MAX_ENUMERATED:
@@ -95,19 +97,17 @@ def bound_evidence(
         vertices_objective=at_rest,
         vertices_in_motion=in_motion,
         n_patterns=2 ** (int(np.count_nonzero(weights)) - 1),
-        bounds=() if signs.n_failed else _bounds(slopes, d, weights, evidence, seed),
+        bounds=() if signs.n_failed else _bounds(slopes, weights, max(known, at_rest or 0.0), seed),
     )
 
 
 def _bounds(
-    slopes: _Told, d: int, weights: FloatArray, evidence: Evidence, seed: int
+    slopes: _Told, weights: FloatArray, known: float, seed: int
 ) -> tuple[SampledBound, ...]:
-    known = evidence.objective_proxy
-    assert known is not None
     try:
         found = bound_pair(
             slopes,
-            d,
+            slopes.n_inputs,
             weights,
             known=known,
             widenings=tuple(p / 100.0 for p in WIDENINGS_PERCENT),

@@ -20,7 +20,7 @@ KINDS = [
             *("landscape", "sweep", "training", "quality"),
         )
     ),
-    *("knee need", "knee repair", "knee exact", "response", "paper"),
+    *("knee need", "knee repair", "knee exact", "knee bound", "response", "paper"),
 ]
 NOT_DERIVABLE = {
     "what was asked for": (
@@ -47,6 +47,10 @@ NOT_DERIVABLE = {
         *("predicted_flexion_deg.*", "rms_error*", "pairs.objective_*", "search.run_values.*"),
         *("search.history.*", "evidence.second_best", "evidence.objective_at_rest"),
         "evidence.patterns.*",
+    ),
+    "what slopes over the bounds have shown": (
+        *("evidence.bound.models*", "evidence.bound.vertices_objective_in_motion"),
+        *("evidence.bound.sampled_bounds.*", "evidence.objective_before_climb"),
     ),
 }
 """Numbers that do not follow from the rest of a file, by why."""
@@ -131,3 +135,33 @@ def test_what_contradicts_itself_is_named(path, value, said):
     document = every_kind.without_digest(every_kind.texts()["knee search"])
     with pytest.raises(FileFormatError, match=said):
         read(every_kind.altered(document, path, value))
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("inputs", 7), ("one_signed", 5), ("one_signed_sampled", 5), ("models_lost", 10**6),
+        ("vertices", None), ("vertices", 4), ("patterns", 1024), ("vertices_objective", 99.0),
+        ("models_lost", 1),
+    ],
+)  # fmt: skip
+def test_a_bound_that_contradicts_itself_is_named(key, value):
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    with pytest.raises(FileFormatError, match=r"evidence\.bound\."):
+        read(every_kind.altered(document, ("evidence", "bound", key), value))
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("objective", 1.0), ("widening_percent", 0.0), ("patterns_looked_at", 3000)]
+)
+def test_sampled_bounds_that_fall_are_named(key, value):
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    path = ("evidence", "bound", "sampled_bounds", 3, key)
+    with pytest.raises(FileFormatError, match=r"evidence\.bound\.sampled_bounds"):
+        read(every_kind.altered(document, path, value))
+
+
+def test_a_bound_that_nobody_asked_for_is_refused():
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    with pytest.raises(FileFormatError, match="`evidence.bound` contradicts"):
+        read(document | {"bound": False, "command": None})
