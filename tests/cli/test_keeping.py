@@ -37,7 +37,7 @@ COMMANDS = {
     "paper": (paper, "--quick"),
 }
 # How long something took, and what is said or drawn of it.
-TIMES = {"seconds", "versions", "why", "ours", "outcome"}
+TIMES = {"seconds", "versions", "digest", "why", "ours", "outcome"}
 
 
 @pytest.fixture(autouse=True)
