@@ -163,5 +163,5 @@ def test_sampled_bounds_that_fall_are_named(key, value):
 
 def test_a_bound_that_nobody_asked_for_is_refused():
     document = every_kind.without_digest(every_kind.texts()["knee bound"])
-    with pytest.raises(FileFormatError, match="`evidence.bound` contradicts"):
+    with pytest.raises(FileFormatError, match=r"`evidence\.bound` contradicts"):
         read(document | {"bound": False, "command": None})
