@@ -35,7 +35,17 @@ NOT_DERIVABLE = {
         *("least_angle_deg.*", "largest_angle_deg*", "sampled_largest_angle_deg", "tried.*"),
     ),
     "what became of each run, which is not kept": (
-        *("counts.*", "n_failed*", "n_refined", "n_unsettled", "n_lost", "n_test", "n_sampled"),
+        *(
+            "counts.*",
+            "n_failed*",
+            "n_refined",
+            "n_unsettled",
+            "n_not_at_rest",
+            "n_implausible",
+            "n_lost",
+            "n_test",
+            "n_sampled",
+        ),
         *("repair.models_failed", "evidence.models_*"),
     ),
     "what comes from samples that are not kept": (
