@@ -49,10 +49,12 @@ from .runs.readers import JsonOutput as JsonOutput
 from .runs.readers import TextOutput as TextOutput
 from .search.compare import compare_methods as compare_methods
 from .search.compare import with_methods as with_methods
+from .search.result import BoundEvidence as BoundEvidence
 from .search.result import Evidence as Evidence
 from .search.result import MethodTrace as MethodTrace
 from .search.result import Repair as Repair
 from .search.result import RepairRound as RepairRound
+from .search.result import SampledBound as SampledBound
 from .search.result import SearchResult as SearchResult
 from .search.settings import SearchSettings as SearchSettings
 from .search.training import TrainedSurrogate as TrainedSurrogate

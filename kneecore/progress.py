@@ -10,7 +10,8 @@ class Progress:
     """One report of a running search."""
 
     stage: str
-    """`compile`, `sampling`, `fit`, `search`, `verify`, or a few words for people."""
+    """`compile`, `sampling`, `fit`, `search`, `bound`, `verify`, or a few words
+    for people."""
     done: int
     """Work done in this stage (generations over all runs in `search`, models in `repair`)."""
     total: int

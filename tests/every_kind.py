@@ -77,6 +77,8 @@ def texts():
     made["repair"] = kneecore.worst_case(knee, repaired)
     made["exact"] = kneecore.worst_case(knee, SearchSettings(method="exact"))
     made["in motion"] = kneecore.worst_case(Knee(), SearchSettings(method="exact"))
+    moved = Knee(kneecore.ParameterSpace(case="material"))
+    made["bound"] = kneecore.worst_case(moved, SearchSettings(method="exact", bound=True))
     rough = AccuracyAllocationSettings(tolerance=0.2, costs={"acl_femur": 2.0})
     made["allocation"] = kneecore.accuracy_allocation(knee, rough)
     goal = AccuracyAllocationSettings(within=180.0)

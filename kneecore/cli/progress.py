@@ -16,6 +16,7 @@ _TOLD = {
     "fit": "fitting the surrogate",
     "search": "searching",
     "repair": "repairing the surrogate",
+    "bound": "bounding f by sampled slopes",
     "verify": "computing the best pair again",
 }
 

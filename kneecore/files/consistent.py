@@ -13,7 +13,14 @@ from kneecore._version import versions
 from kneecore.errors import FileFormatError
 from kneecore.numbers import DIGITS
 
-__all__ = ["check_equal", "check_finite_or_not", "check_holds", "check_plain", "check_same"]
+__all__ = [
+    "ROUNDING",
+    "check_equal",
+    "check_finite_or_not",
+    "check_holds",
+    "check_plain",
+    "check_same",
+]
 
 ROUNDING = 1e-8
 """Share of a number's own size by which what is derived from others may differ."""

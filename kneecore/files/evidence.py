@@ -7,12 +7,15 @@ from typing import Any
 from kneecore.errors import FileFormatError
 from kneecore.files.model import digits_of, number_or_none
 from kneecore.numbers import DIGITS, plain
+from kneecore.report.evidence import way_found
 from kneecore.search.result import (
     METHOD_NAMES,
+    BoundEvidence,
     Evidence,
     MethodTrace,
     Repair,
     RepairRound,
+    SampledBound,
     SearchResult,
 )
 
@@ -43,7 +46,58 @@ def evidence_table(evidence: Evidence | None, digits: int | None) -> dict[str, A
         "models_with_gradient": evidence.n_evaluations,
         "models_lost": evidence.n_failed,
         "models_in_motion": evidence.n_models,
+        "description": way_found(evidence),
+        "bound": _bound_table(evidence.bound, digits),
     }
+
+
+def _bound_table(bound: BoundEvidence | None, digits: int | None) -> dict[str, Any] | None:
+    if bound is None:
+        return None
+    return {
+        "inputs": bound.n_inputs,
+        "one_signed_sampled": bound.n_one_signed_sampled,
+        "one_signed": bound.n_one_signed,
+        "models": bound.n_models,
+        "models_lost": bound.n_failed,
+        "vertices": bound.n_vertices,
+        "vertices_objective": optional(bound.vertices_objective, digits),
+        "vertices_objective_in_motion": optional(bound.vertices_in_motion, digits),
+        "patterns": bound.n_patterns,
+        "sampled_bounds": [
+            {
+                "widening_percent": one.widening_percent,
+                "objective": optional(one.objective, digits),
+                "patterns_looked_at": one.n_looks,
+            }
+            for one in bound.bounds
+        ],
+    }
+
+
+def _read_bound(table: dict[str, Any] | None) -> BoundEvidence | None:
+    if table is None:
+        return None
+    vertices = table["vertices"]
+    return BoundEvidence(
+        n_inputs=int(table["inputs"]),
+        n_one_signed_sampled=int(table["one_signed_sampled"]),
+        n_one_signed=int(table["one_signed"]),
+        n_models=int(table["models"]),
+        n_failed=int(table["models_lost"]),
+        n_vertices=None if vertices is None else int(vertices),
+        vertices_objective=number_or_none(table, "vertices_objective"),
+        vertices_in_motion=number_or_none(table, "vertices_objective_in_motion"),
+        n_patterns=int(table["patterns"]),
+        bounds=tuple(
+            SampledBound(
+                widening_percent=float(one["widening_percent"]),
+                objective=float(one["objective"]),
+                n_looks=int(one["patterns_looked_at"]),
+            )
+            for one in table["sampled_bounds"]
+        ),
+    )
 
 
 def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
@@ -67,6 +121,7 @@ def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
         n_evaluations=int(table["models_with_gradient"]),
         n_failed=int(table["models_lost"]),
         n_models=int(table["models_in_motion"]),
+        bound=_read_bound(table.get("bound")),
     )
 
 

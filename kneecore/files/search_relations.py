@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import FileFormatError, KneecoreError
+from kneecore.files.bound_relations import check_bound
 from kneecore.files.consistent import check_equal, check_finite_or_not, check_holds
 from kneecore.files.knee_relations import check_responses
 from kneecore.files.model import digits_of
@@ -52,6 +53,7 @@ def check_search(result: SearchResult) -> None:
     check_runs(result)
     _check_counts(result)
     check_evidence(result)
+    check_bound(result)
     check_repair(result)
     for trace in result.methods:
         where = f"comparison.methods.{trace.method}"

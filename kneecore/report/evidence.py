@@ -5,9 +5,7 @@ from kneecore.model import Model
 from kneecore.report.tables import significant, with_unit
 from kneecore.search.result import METHOD_NAMES, Evidence, Repair, SearchResult
 
-__all__ = ["comparison_lines", "evidence_lines", "repair_line"]
-
-_MANY_FAILED = 0.01  # share of the models with a gradient: as for the search that then evolves
+__all__ = ["comparison_lines", "evidence_lines", "repair_line", "way_found"]
 
 
 def _f(model: Model, value: float) -> str:
@@ -15,21 +13,32 @@ def _f(model: Model, value: float) -> str:
     return with_unit(text, model.objective_unit)
 
 
+def way_found(evidence: Evidence) -> str:
+    """Return how an exact search came to its f, and that nothing is proven."""
+    n = len(evidence.patterns)
+    told = f"climbs with gradients from {n} pattern{'s' * (n != 1)} of signs"
+    if evidence.n_models:
+        told += ", in the model near it that has gradients (knees: at rest), then flips of inputs"
+        told += " in the model itself"
+        if evidence.many_failed:
+            told += " and an evolution strategy for each of the two"
+    if evidence.many_failed:
+        share = evidence.n_failed / evidence.n_evaluations
+        told += f"; {share:.0%} of the models looked at failed, and a longer search may find more"
+    return f"Best known value, by {told}. Nothing is proven."
+
+
 def evidence_lines(model: Model, evidence: Evidence) -> list[str]:
-    """Return how many climbs came to the pair, and what else was found."""
+    """Return how f was reached, how many climbs came to the pair, and what else was found."""
     # In a model without gradients it was the one near it that was climbed.
     pair = "the worst pair at rest, by its f" if evidence.n_models else "this pair's f"
     lines = [
+        way_found(evidence),
         f"{evidence.share_reached:.0%} of {evidence.n_climbs} climbs ended in {pair}, to 0.01 %. "
-        "No proof that it is the largest."
+        "No proof that it is the largest.",
     ]
     if evidence.second_best is not None:
-        lines[0] += f" Second-best basin: {_f(model, evidence.second_best)}."
-    if evidence.n_failed > _MANY_FAILED * evidence.n_evaluations:
-        lines.append(
-            f"{evidence.n_failed / evidence.n_evaluations:.0%} of the models looked at on the way "
-            "failed: f is the best known value, and a longer search may find a larger one."
-        )
+        lines[1] += f" Second-best basin: {_f(model, evidence.second_best)}."
     if evidence.objective_before_climb is not None and evidence.objective_proxy is not None:
         rest, before = evidence.objective_proxy, evidence.objective_before_climb
         lines.append(

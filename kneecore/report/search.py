@@ -11,6 +11,7 @@ from kneecore.knee.bounds import needs_file
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.presented import Words
+from kneecore.report.bound_evidence import bound_lines
 from kneecore.report.command import command_line
 from kneecore.report.evidence import comparison_lines, evidence_lines, repair_line
 from kneecore.report.knee_pair import difference_lines, knee_footer, knee_summary, knee_tables
@@ -68,6 +69,7 @@ def _headline(result: SearchResult) -> str:
         lines.append(f"{len(result.run_values)} runs: best f {best}, worst {worst}.")
     if result.evidence is not None:
         lines += evidence_lines(result.model, result.evidence)
+    lines += bound_lines(result)
     lines += comparison_lines(result)
     if result.stop_reason == "cancelled":
         lines.append("The search was cancelled: this is the best pair until then.")

@@ -25,14 +25,13 @@ from kneecore.record import Arrays, current_record
 from kneecore.search.best_seen import BestSeen
 from kneecore.search.half_evolution import QUICK, THOROUGH, evolve_pair
 from kneecore.search.pattern_climb import ClimbedPair, climb_from_patterns
-from kneecore.search.result import Evidence
+from kneecore.search.result import MANY_FAILED, Evidence
 from kneecore.search.sign_climb import ExactPair, ExactSettings, Report, climb_pair
 from kneecore.unit_model import UnitModel
 
 __all__ = ["ExactModelPair", "exact_pair"]
 
 FloatArray = NDArray[np.float64]
-_MANY_FAILED = 0.01  # share of the proxy's models
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,7 +138,7 @@ def exact_pair(
     )
     moved = None
     if guide is not model:
-        many_failed = slopes.n_failed > _MANY_FAILED * slopes.n_simulated
+        many_failed = slopes.n_failed > MANY_FAILED * slopes.n_simulated
         moved = climb_from_patterns(
             UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
         )

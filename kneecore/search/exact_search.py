@@ -1,7 +1,9 @@
 """The exact search in the place of the genetic algorithm: the same outcome, with its evidence."""
 
+import contextlib
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from kneecore.numerics.box_climb import Slopes
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.best_seen import BestSeen
+from kneecore.search.bound_evidence import bound_evidence
 from kneecore.search.exact_model import exact_pair
 from kneecore.search.problem import Found, Outcome, Problem, verified
 from kneecore.search.result import Evidence
@@ -163,5 +166,22 @@ def exact_in_model(problem: Problem) -> Outcome:
     evidence = pair.evidence
     problem.model.n_simulated += evidence.n_evaluations + evidence.n_models
     problem.model.counts["failed"] += evidence.n_failed
+    if problem.settings.bound and not watch.cancelled:
+        evidence = _bounded(problem, evidence, pair.objective)
     history = [*watch.history, pair.objective]
     return _outcome(pair.u, pair.y, pair.objective, history, begun, watch.stop_reason, evidence)
+
+
+def _bounded(problem: Problem, evidence: Evidence, best: float) -> Evidence:
+    """Return the evidence with what slopes say; as it was if that is cancelled."""
+
+    def tell(share: float) -> None:
+        report = Progress(stage="bound", done=round(100 * share), total=100, best=best)
+        if problem.callback is not None and problem.callback(report):
+            raise Cancelled
+
+    model, seed = problem.model.model, problem.settings.seed
+    with contextlib.suppress(Cancelled):  # the pair is found, and is worth keeping
+        bound = bound_evidence(model, problem.weights, evidence, seed=seed, tell=tell)
+        return replace(evidence, bound=bound)
+    return evidence

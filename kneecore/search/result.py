@@ -12,12 +12,15 @@ from kneecore.presented import Presented
 from kneecore.search.settings import SearchSettings
 
 __all__ = [
+    "MANY_FAILED",
     "METHOD_NAMES",
     "MODELS",
+    "BoundEvidence",
     "Evidence",
     "MethodTrace",
     "Repair",
     "RepairRound",
+    "SampledBound",
     "SearchResult",
     "gap_percent",
 ]
@@ -34,12 +37,58 @@ METHOD_NAMES = {
 }
 """The methods of `kneecore.search.compare`, in words."""
 
+MANY_FAILED = 0.01
+"""Share of an exact search's models above which bounds count as so wide that models fail."""
+
 
 def gap_percent(surrogate: float | None, model: float | None) -> float | None:
     """Return 100 (surrogate - model) / surrogate; None without both."""
     if surrogate is None or model is None or surrogate == 0.0:
         return None
     return 100.0 * (1.0 - model / surrogate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledBound:
+    """What f is at most if slopes stay near the range that samples have shown; no proof."""
+
+    widening_percent: float
+    """Share of the sampled range of slopes by which they may leave it, on each side."""
+    objective: float
+    """Sampled bound of f in the model with gradients: for knees, at rest."""
+    n_looks: int
+    """Patterns of signs that slopes over the box did not rule out, and that were looked at on their
+    own faces."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoundEvidence:
+    """What slopes over the whole bounds say about how good a result is; no proof.
+
+    They are those of the model with gradients (for knees, at rest), for the best pair's signs.
+    """
+
+    n_inputs: int
+    """Inputs that vary."""
+    n_one_signed_sampled: int
+    """Inputs whose slope kept its sign over the samples."""
+    n_one_signed: int
+    """Those whose slope kept it under a search for a change, too."""
+    n_models: int
+    """Models looked at for the signs."""
+    n_failed: int
+    """Those among them that failed; there is no bound over models that fail."""
+    n_vertices: int | None
+    """Vertices of the other inputs, for both models, all of them computed; None if those inputs are
+    too many."""
+    vertices_objective: float | None
+    """Largest f on these vertices; None if they were not computed, or one failed."""
+    vertices_in_motion: float | None
+    """The same in the true model, where that is another one."""
+    n_patterns: int
+    """Patterns of signs of the outputs."""
+    bounds: tuple[SampledBound, ...]
+    """For more and more widening; none where models fail."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,6 +114,13 @@ class Evidence:
     """f in the true model of the best pair that the proxy had proposed."""
     n_models: int = 0
     """Models run without a gradient, on the way from the proxy's pair: for knees, in motion."""
+    bound: BoundEvidence | None = None
+    """What slopes say; None if it was not asked for, or was cancelled."""
+
+    @property
+    def many_failed(self) -> bool:
+        """Whether the bounds are so wide that models often fail within them."""
+        return self.n_failed > MANY_FAILED * self.n_evaluations
 
 
 @dataclass(frozen=True, kw_only=True)

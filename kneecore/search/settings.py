@@ -14,10 +14,12 @@ from kneecore.search.budget import search_budget
 if TYPE_CHECKING:  # a command line shows its options without it
     from kneecore.model import Model
 
-__all__ = ["Method", "SearchSettings", "SearchSpace", "enough_samples"]
+__all__ = ["MAX_COUNTING", "Method", "SearchSettings", "SearchSpace", "enough_samples"]
 
 SearchSpace = Literal["surrogate", "model"]
 Method = Literal["ga", "exact"]
+MAX_COUNTING = 12
+"""Outputs that count up to which `bound` looks at every pattern of their signs."""
 
 
 def enough_samples(n_free: int) -> int:
@@ -45,6 +47,10 @@ class SearchSettings:
     thorough: bool = option(False)
     """Search longer where bounds are so wide that knees lose their equilibrium (exact search in
     the true model)."""
+    bound: bool = option(False)
+    """Tell after the search how many inputs' slopes keep their sign within the bounds, and what f
+    is at most if slopes stay near their sampled range: no proof (exact search in the true model;
+    some 20 seconds more for the knee)."""
     repair: bool = option(False)
     """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
     to the samples, fit again, search again; then try one input at a time at its other bound."""
@@ -84,7 +90,7 @@ class SearchSettings:
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {shown(self.options)}; GeneticOptions are allowed")
         text("objective", self.objective, 200)
-        for name in ("repair", "thorough"):
+        for name in ("repair", "thorough", "bound"):
             object.__setattr__(self, name, flag(name, getattr(self, name)))
         self.options.split(self.pop_size)
         self._check_method()
@@ -102,6 +108,11 @@ class SearchSettings:
             self._refuse_others_than_usual(
                 ("pop_size", "n_generations", "n_runs", "options"),
                 "it is the genetic algorithm's, and the method 'exact' has none of it",
+            )
+        if self.bound and (self.method != "exact" or self.repair):
+            other = "`repair`" if self.repair else f"the method {self.method!r}"
+            raise ParameterError(
+                f"`bound` is True; it needs the method 'exact' in the true model, not {other}"
             )
 
     def _check_repair(self) -> None:
@@ -150,11 +161,28 @@ class SearchSettings:
                 "`search_space` is 'model'; the method 'exact' has no gradients of this model, "
                 "and searches its surrogate"
             )
-        model.weights(self.objective, self.weights)
+        weights = model.weights(self.objective, self.weights)
+        if self.bound:
+            self._check_bound(model, space, int((weights != 0.0).sum()))
         settings = replace(self, search_space=space)
         settings.check_training(model.n_free)
         check_budget(search_budget(settings, model))
         return settings
+
+    def _check_bound(self, model: "Model", space: SearchSpace, n_counting: int) -> None:
+        """Raise if the model has no slopes to bound f by, or too many outputs."""
+        if space != "model":
+            why = "the search is in the surrogate"
+            if not model.has_gradient and model.proxy is None:
+                why = "this model has none, and its surrogate is searched"
+            raise ParameterError(
+                f"`bound` is True; it needs gradients of the true model, and {why}"
+            )
+        if n_counting > MAX_COUNTING:
+            raise ParameterError(
+                f"`bound` is True and {n_counting} numbers that the model returns count; all "
+                f"patterns of their signs are looked at, and at most {MAX_COUNTING} are allowed"
+            )
 
     def check_training(self, n_dimensions: int) -> None:
         """Raise if the surrogate's linear tail needs more samples than there are."""

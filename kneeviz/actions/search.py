@@ -47,7 +47,7 @@ def _progress(page: Page, news: JobProgress) -> None:
     if news.job is not page.search.job:
         return
     tab, rising = page.view.search, page.search.rising
-    tab.progress.value = news.percent if news.stage == "search" else 0.0
+    tab.progress.value = news.percent if news.stage in ("search", "bound") else 0.0
     if news.best is not None:
         rising.append(news.best)
         colour = theme.palette(page.view.dark).current

@@ -25,7 +25,7 @@ KINDS = [
     ),
     *("knee allocation", "model allocation"),
     *("knee need", "knee repair", "knee exact", "knee in motion", "knee study"),
-    *("knee bound study", "response", "paper"),
+    *("knee bound", "knee bound study", "response", "paper"),
 ]
 NOT_DERIVABLE = {
     "what was asked for": (
@@ -65,6 +65,10 @@ NOT_DERIVABLE = {
         *("total_order.*", "interval_95.*", "groups_first_order.*", "excess.*", "excess_share.*"),
         *("loo_rms.[*]", "pairs.objective_*", "rank_correlation.*", "rank_correlation_pairs.[*].*"),
         *("rank_correlation_worst_*", "rms_error*", "variance_explained.*"),
+    ),
+    "what slopes over the bounds have shown": (
+        *("evidence.bound.models*", "evidence.bound.vertices_objective_in_motion"),
+        *("evidence.bound.sampled_bounds.*", "evidence.objective_before_climb", "evidence.climbs"),
     ),
 }
 """Numbers that do not follow from the rest of a file, by why; ``[*]`` stands for an entry."""
@@ -238,3 +242,33 @@ def test_a_file_is_read_without_compiling_anything(tmp_path):
     cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     done = subprocess.run(command, env=cold, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("inputs", 7), ("one_signed", 5), ("one_signed_sampled", 5), ("models_lost", 10**6),
+        ("vertices", None), ("vertices", 4), ("patterns", 1024), ("vertices_objective", 99.0),
+        ("models_lost", 1),
+    ],
+)  # fmt: skip
+def test_a_bound_that_contradicts_itself_is_named(key, value):
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    with pytest.raises(FileFormatError, match=r"evidence\.bound\."):
+        read(every_kind.altered(document, ("evidence", "bound", key), value))
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("objective", 1.0), ("widening_percent", 0.0), ("patterns_looked_at", 3000)]
+)
+def test_sampled_bounds_that_fall_are_named(key, value):
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    path = ("evidence", "bound", "sampled_bounds", 3, key)
+    with pytest.raises(FileFormatError, match=r"evidence\.bound\.sampled_bounds"):
+        read(every_kind.altered(document, path, value))
+
+
+def test_a_bound_that_nobody_asked_for_is_refused():
+    document = every_kind.without_digest(every_kind.texts()["knee bound"])
+    with pytest.raises(FileFormatError, match=r"`evidence\.bound` contradicts"):
+        read(document | {"bound": False, "command": None})

@@ -183,6 +183,7 @@ def searches(draw):
     if values["method"] == "exact" and not values["repair"]:
         exact_in_model = values.get("search_space", "model") == "model"
         maybe(st.just(exact_in_model), "thorough", values)
+        maybe(st.just(exact_in_model), "bound", values)
     if values["method"] == "ga":
         maybe(st.integers(30, 500), "pop_size", values)
         maybe(st.integers(1, 900), "n_generations", values)

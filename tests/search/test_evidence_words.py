@@ -7,11 +7,11 @@ import pytest
 
 import kneecore
 from kneecore.files.evidence import evidence_table, read_evidence
-from kneecore.report.evidence import evidence_lines
+from kneecore.report.evidence import evidence_lines, way_found
 from kneecore.search.result import Evidence
 
 
-def _evidence(n_failed):
+def _evidence(n_failed, n_models=0):
     return Evidence(
         n_climbs=10,
         share_reached=0.5,
@@ -19,6 +19,7 @@ def _evidence(n_failed):
         patterns=(((1, 1), 2.0), ((1, -1), -inf)),
         n_evaluations=100,
         n_failed=n_failed,
+        n_models=n_models,
     )
 
 
@@ -32,4 +33,14 @@ def test_wide_bounds_are_told(n_failed, told):
     model = kneecore.Knee(kneecore.ParameterSpace(), solver="equilibrium")
     text = " ".join(evidence_lines(model, _evidence(n_failed)))
     assert "No proof" in text
-    assert ("best known value" in text) is told
+    assert "Best known value, by climbs with gradients from 2 patterns of signs" in text
+    assert "Nothing is proven" in text
+    assert ("failed, and a longer search may find more" in text) is told
+
+
+def test_the_way_is_told_as_it_was_gone():
+    ways = [way_found(_evidence(*n)) for n in ((0, 0), (0, 9), (5, 0), (5, 9))]
+    assert [("flips" in way, "evolution" in way) for way in ways] == [
+        (False, False), (True, False), (False, False), (True, True),
+    ]  # fmt: skip
+    assert all("exact" not in way for way in ways)

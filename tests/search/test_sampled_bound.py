@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from kneecore.errors import ModelError
+from kneecore.search import sampled_bound
 from kneecore.search.sampled_bound import bound_half, bound_pair
+from kneecore.search.slope_signs import slope_signs, vertices
 
 
 def _slopes(function, jacobian):
@@ -49,7 +51,7 @@ def test_enumeration_is_the_maximum_where_the_model_is_monotone():
     assert half.best == half.bound == 3.0  # at u = (1, 0, .)
     corners = _monotone(np.array(np.meshgrid(*[[0.0, 1.0]] * 3)).reshape(3, -1).T)
     true = np.abs(corners[:, None] - corners).sum(2).max()
-    found = bound_pair(slopes, 3, np.ones(2))
+    (found,) = bound_pair(slopes, 3, np.ones(2))
     assert found.best == found.bound == pytest.approx(true, abs=1e-12)
 
 
@@ -58,13 +60,13 @@ def test_the_bound_holds_where_the_maximum_is_inside(widening):
     slopes = _slopes(_ishigami, _ishigami_slopes)
     grid = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 3), axis=-1).reshape(-1, 3)
     y = _ishigami(grid)[:, 0]
-    found = bound_pair(slopes, 3, np.ones(1), n_samples=4000, widening=widening)
+    (found,) = bound_pair(slopes, 3, np.ones(1), n_samples=4000, widenings=(widening,))
     assert found.best < y.max() - y.min() <= found.bound
 
 
 def test_a_wider_range_of_slopes_gives_a_larger_bound():
     slopes = _slopes(_ishigami, _ishigami_slopes)
-    bounds = [bound_pair(slopes, 3, np.ones(1), widening=w).bound for w in (0.0, 0.05, 0.25)]
+    bounds = [b.bound for b in bound_pair(slopes, 3, np.ones(1), widenings=(0.0, 0.05, 0.25))]
     assert bounds == sorted(set(bounds))
 
 
@@ -73,9 +75,9 @@ def test_too_many_inputs_are_not_enumerated():
     half = bound_half(slopes, 13, np.ones(1))
     assert (half.n_one_signed, half.best) == (0, None)
     assert half.bound >= 13 * 0.25
-    found = bound_pair(slopes, 13, np.ones(1))
+    (found,) = bound_pair(slopes, 13, np.ones(1))
     assert found.bound >= 13 * 0.25
-    assert found.n_not_enumerated == 1
+    assert (found.best, found.n_looks) == (0.0, 1)
 
 
 def test_failing_models_are_named():
@@ -84,3 +86,95 @@ def test_failing_models_are_named():
 
     with pytest.raises(ModelError, match="fail; there is no sampled bound"):
         bound_half(slopes, 2, np.ones(1))
+    with pytest.raises(ModelError, match="fail; there is no sampled bound"):
+        bound_pair(slopes, 2, np.ones(1))
+
+
+def _crossing(u):
+    """Two outputs that are largest together nowhere; the slope by b has a sign on a face only."""
+    a, b, c = u.T
+    one = a + 0.8 * b * (a - 0.3) + 0.1 * np.sin(5.0 * c)
+    return np.stack([one, -0.5 * a + 0.4 * np.cos(4.0 * c)], axis=1)
+
+
+def _crossing_slopes(u):
+    a, b, c = u.T
+    first = np.stack([1.0 + 0.8 * b, 0.8 * (a - 0.3), 0.5 * np.cos(5.0 * c)], axis=1)
+    second = np.stack([np.full(len(u), -0.5), np.zeros(len(u)), -1.6 * np.sin(4.0 * c)], axis=1)
+    return np.stack([first, second], axis=1)
+
+
+def test_the_bound_holds_over_all_patterns_however_many_are_looked_at(monkeypatch):
+    grid = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 13)] * 3), axis=-1).reshape(-1, 3)
+    y = _crossing(grid)
+    true = np.abs(y[:, None] - y).sum(axis=2).max()
+    slopes = _slopes(_crossing, _crossing_slopes)
+    bounds = []
+    for max_looks in (0, 1, 24):
+        monkeypatch.setattr(sampled_bound, "MAX_LOOKS", max_looks)
+        (found,) = bound_pair(slopes, 3, np.ones(2), known=0.9 * true, n_samples=3000)
+        assert found.bound >= true
+        assert found.n_looks <= max_looks
+        bounds.append(found.bound)
+    assert bounds == sorted(bounds, reverse=True)
+    assert bounds[-1] < bounds[0]
+
+
+def test_samples_in_blocks_are_all_looked_at(monkeypatch):
+    slopes = _slopes(_crossing, _crossing_slopes)
+    whole = sampled_bound._box_ranges(slopes, 3, np.eye(2), np.array([[1.0, 1.0]]), 64, 0)
+    seen = []
+
+    def watched(u, w):
+        seen.append(len(u))
+        return slopes(u, w)
+
+    monkeypatch.setattr(sampled_bound, "_BLOCK", 60)  # ten points a block
+    parts = sampled_bound._box_ranges(watched, 3, np.eye(2), np.array([[1.0, 1.0]]), 64, 0)
+    assert sum(seen) == 2 * 64
+    assert max(seen) == 10
+    np.testing.assert_allclose(parts, whole, atol=0.4)
+
+
+def _bump(u):
+    return np.exp(-40.0 * ((u[:, 1:] - 0.8) ** 2).sum(axis=1))
+
+
+def _hidden(u):
+    """The slope by input 0 is above 0 but in a small place, where all others are near 0.8."""
+    return (u[:, 0] * (1.0 - 1.5 * _bump(u)))[:, None]
+
+
+def _hidden_slopes(u):
+    bump = _bump(u)[:, None]
+    others = 120.0 * u[:, :1] * (u[:, 1:] - 0.8) * bump
+    return np.concatenate([1.0 - 1.5 * bump, others], axis=1)[:, None]
+
+
+def test_a_change_of_sign_that_samples_miss_is_found(monkeypatch):
+    for name in ("_N_SAMPLES", "_BATCH"):
+        monkeypatch.setattr(f"kneecore.search.slope_signs.{name}", 300)
+    found = slope_signs(_slopes(_hidden, _hidden_slopes), 5, np.ones(1), seed=1)
+    assert (found.n_sampled, found.n_one_signed) == (1, 0)
+    assert found.n_models > 300
+
+
+def test_signs_of_a_monotone_model_stand_and_its_vertices_are_the_best():
+    slopes = _slopes(_monotone, _monotone_slopes)
+    found = slope_signs(slopes, 3, np.array([1.0, -1.0]))
+    assert found.sides.tolist() == [1, -1, -1]
+    assert (found.n_sampled, found.n_one_signed, found.n_failed) == (3, 3, 0)
+    best, worst = vertices(found.sides)[:, 0]
+    assert (best.tolist(), worst.tolist()) == ([1, 0, 0], [0, 1, 1])
+    left = vertices(np.array([1, 0, -1, 0]))
+    assert left.shape == (2, 4, 4)
+    assert {tuple(v) for v in left[0]} == {(1, a, 0, b) for a in (0, 1) for b in (0, 1)}
+
+
+def test_inputs_of_failing_models_have_no_sign():
+    def slopes(u, w):
+        return np.full(len(u), -np.inf), np.zeros_like(u), np.zeros((len(u), 1))
+
+    found = slope_signs(slopes, 2, np.ones(1))
+    assert found.n_failed == found.n_models
+    assert found.n_one_signed == 0

@@ -12,7 +12,7 @@ from kneeviz.views import theme
 from kneeviz.views.html import labels, pieces, readout
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.marks import marks_line, signs
-from kneeviz.views.html.result import bound_names, differences, objective_line
+from kneeviz.views.html.result import bound_names, differences, evidence_line, objective_line
 
 EVIL = '<img src=x onerror="alert(1)">'
 
@@ -69,6 +69,20 @@ def test_an_objective_that_the_model_denies_is_not_hidden():
         objective_surrogate=400.0, objective_model=None, gap_percent=None, model=Knee()
     )
     assert "not known" in objective_line(failed)
+
+
+def test_evidence_says_best_known_and_the_sampled_bound_with_its_condition():
+    few = {"method": "exact", "objective": "extension"}
+    plain = searched(ParameterSpace(case="material"), **few)
+    told = text_of(evidence_line(plain))
+    assert "Best known value, nothing proven" in told
+    assert "slopes" not in told
+    bounded = searched(ParameterSpace(case="material"), bound=True, **few)
+    told = text_of(evidence_line(bounded))
+    assert "6 of 6 slopes at rest keep their sign" in told
+    assert "2 vertices of the others: at most" in told
+    assert "sampled bound, if slopes stay within 5 % of their sampled range" in told
+    assert evidence_line(searched(pop_size=20, n_generations=2)) == ""
 
 
 def test_differences_are_the_results(result):

@@ -13,7 +13,7 @@ from kneeviz.views.tabs.search import LOOKS, NOT_HERE, SearchTab
 
 ON_THE_PAGE = [one for one in options_of(SearchSettings) if one.name not in NOT_HERE]
 OTHER = {
-    "method": "Exact gradients", "thorough": True, "repair": True, "pop_size": 120,
+    "method": "Exact gradients", "thorough": True, "bound": True, "repair": True, "pop_size": 120,
     "n_generations": 31, "objective": "flexion", "seed": 7,
 }  # fmt: skip
 """What a visitor may set instead of what is usual."""
@@ -69,7 +69,7 @@ def test_a_widget_is_of_its_option_s_kind_and_at_its_default(tab, one):
 
 @pytest.mark.parametrize("one", ON_THE_PAGE, ids=lambda one: one.name)
 def test_what_is_set_on_the_page_reaches_the_search(tab, one):
-    if one.name == "thorough":  # the exact search's alone
+    if one.name in ("thorough", "bound"):  # the exact search's alone
         tab.options.handles["method"].value = OTHER["method"]
     where = "surrogate" if one.name == "repair" else "model"
     before = tab.settings(Knee(), where)
@@ -81,20 +81,24 @@ def test_what_is_set_on_the_page_reaches_the_search(tab, one):
 
 def test_what_a_search_has_none_of_is_left_out_and_shut(tab):
     handles = tab.options.handles
-    assert [n for n, h in handles.items() if h.disabled] == ["thorough"]  # untouched: genetic
+    assert [n for n, h in handles.items() if h.disabled] == [
+        "thorough",
+        "bound",
+    ]  # untouched: genetic
     for name, value in OTHER.items():
         handles[name].value = value
     tab.show_method()
     assert [n for n, h in handles.items() if h.disabled] == ["pop_size", "n_generations"]
     exact = SearchSettings(method="exact", search_space="model", objective="flexion", seed=7)
-    assert tab.settings(Knee(), "model") == replace(exact, thorough=True)
+    assert tab.settings(Knee(), "model") == replace(exact, thorough=True, bound=True)
     repaired = replace(exact, search_space="surrogate", repair=True)
     assert tab.settings(Knee(), "surrogate") == repaired
     handles["method"].value = "Genetic"
     tab.show_method()
-    assert [n for n, h in handles.items() if h.disabled] == ["thorough"]
+    assert [n for n, h in handles.items() if h.disabled] == ["thorough", "bound"]
     genetic = tab.settings(Knee(), "model")
-    assert (genetic.pop_size, genetic.n_generations, genetic.thorough) == (120, 31, False)
+    assert (genetic.pop_size, genetic.n_generations) == (120, 31)
+    assert (genetic.thorough, genetic.bound) == (False, False)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import LIGAMENTS, Response, SearchResult
+from kneecore.report.bound_evidence import premise
 from kneeviz.state import results
 from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
@@ -79,7 +80,27 @@ def evidence_line(result: SearchResult) -> str:
         parts.append(f"{number(gain, 1, '°')} gained in motion")
     if evidence.n_failed:
         parts.append(f"{evidence.n_failed:,} knees without an equilibrium left out")
-    return f"<br>{faint('; '.join(parts) + '.')}"
+    parts += _bound_parts(result)
+    told = "; ".join(parts)
+    return f"<br>{faint(f'Best known value, nothing proven: {told}.')}"
+
+
+def _bound_parts(result: SearchResult) -> list[str]:
+    """Return what slopes over the whole bounds say; nothing if they were not looked at."""
+    bound = None if result.evidence is None else result.evidence.bound
+    if bound is None:
+        return []
+    rest = "" if results.solver(result) == "equilibrium" else " at rest"
+    parts = [f"{bound.n_one_signed} of {bound.n_inputs} slopes{rest} keep their sign"]
+    if bound.vertices_objective is not None:
+        value = number(bound.vertices_objective, 1, "°")
+        parts.append(f"{bound.n_vertices:,} vertices of the others: at most {value}{rest}")
+        if bound.vertices_in_motion is not None:
+            parts[-1] += f", {number(bound.vertices_in_motion, 1, '°')} in motion"
+    parts += [f"{number(b.objective, 1, '°')}{rest}: {premise(b)}" for b in bound.bounds]
+    if not bound.bounds:
+        parts.append("no sampled bound, since knees within the bounds lose their equilibrium")
+    return parts
 
 
 def repair_line(result: SearchResult) -> str:

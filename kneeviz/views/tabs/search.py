@@ -24,13 +24,14 @@ LOADS = ("all", "extension", "flexion")
 LOOKS = {
     "method": Look(label="Method", words={"ga": "Genetic", "exact": "Exact gradients"}),
     "thorough": Look(label="Thorough"),
+    "bound": Look(label="Bound"),
     "repair": Look(label="Repair"),
     "pop_size": Look(label="Population", low=10, high=2000, step=10),
     "n_generations": Look(label="Generations", low=1, high=5000, step=10),
     "objective": Look(label="Loads", words={name: name for name in LOADS}),
     "seed": Look(label="Seed", low=0, high=2**31 - 1),
 }
-_GENETIC, _EXACT = ("pop_size", "n_generations"), ("thorough",)
+_GENETIC, _EXACT = ("pop_size", "n_generations"), ("thorough", "bound")
 """Options that one method alone has."""
 SOLVERS: dict[str, Solver] = {"In motion": "dynamics", "At rest": "equilibrium"}
 _LIVE_HINT = (
@@ -99,7 +100,8 @@ class SearchTab:
         exact = values["method"] == "exact"
         if exact:  # it has none of them, and refuses them
             values = {name: v for name, v in values.items() if name not in _GENETIC}
-        values["thorough"] &= exact and search_space == "model"
+        for name in _EXACT:
+            values[name] &= exact and search_space == "model"
         values["repair"] &= search_space == "surrogate"
         samples = enough_samples(knee.n_free)
         return SearchSettings(search_space=search_space, training_samples=samples, **values)
