@@ -36,8 +36,8 @@ COMMANDS = {
     "sweep of training": (*(sweep, "training", "--sizes", "40", "50", "--seeds", "2"),),
     "paper": (paper, "--quick"),
 }
-# How long something took, and what is said or drawn of it.
-TIMES = {"seconds", "versions", "why", "ours", "outcome"}
+# How long something took, what is said or drawn of it, and the digest of a file that tells it.
+TIMES = {"seconds", "versions", "why", "ours", "outcome", "digest"}
 
 
 @pytest.fixture(autouse=True)
