@@ -6,7 +6,7 @@ from kneecore.cli.run import say
 
 if TYPE_CHECKING:
     from kneecore.budget import Budget
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
 
 __all__ = ["tell_budget"]
 
@@ -23,7 +23,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 86_400.0:,.0f} days"
 
 
-def tell_budget(command: str, knee: "Knee", *budgets: "Budget | None", quiet: bool) -> None:
+def tell_budget(command: str, model: "Model", *budgets: "Budget | None", quiet: bool) -> None:
     """Say on stderr what a run will take, if that is more than some seconds.
 
     Raises
@@ -38,7 +38,10 @@ def tell_budget(command: str, knee: "Knee", *budgets: "Budget | None", quiet: bo
     for budget in known:
         check_budget(budget)
     models = sum(budget.models for budget in known)
-    seconds = models * _SECONDS_A_KNEE[knee.solver] / thread_count(knee.threads)
+    solver = model.computed.get("solver")
+    if solver is None:  # how long a run of another model takes, nobody knows yet
+        return
+    seconds = models * _SECONDS_A_KNEE[solver] / thread_count(model.threads)
     seconds += sum(sum(budget.seconds.values()) for budget in known)
     if quiet or seconds < WORTH_TELLING:
         return

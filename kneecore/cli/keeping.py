@@ -26,8 +26,10 @@ except ImportError:  # there, two writers are not kept apart
 
 __all__ = ["Keeping"]
 
-_NOT_IN_THE_NUMBERS = frozenset({"out", "force", "json", "quiet", "resume", "threads"})
-_FILES = ("baseline", "result")
+_NOT_IN_THE_NUMBERS = frozenset(
+    {"out", "force", "json", "quiet", "resume", "threads", "workers", "scheduler", "keep"}
+)
+_FILES = ("baseline", "result", "model")
 
 
 class Keeping:

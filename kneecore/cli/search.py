@@ -4,17 +4,18 @@ import contextlib
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
 from kneecore.cli.keeping import Keeping
-from kneecore.cli.knee_options import KneeOptions, OutputOptions
-from kneecore.errors import KneecoreError
+from kneecore.cli.knee_options import OutputOptions
+from kneecore.cli.model_options import ModelOptions
+from kneecore.errors import KneecoreError, ParameterError
 from kneecore.search.settings import SearchSettings
 
 if TYPE_CHECKING:
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Progress
     from kneecore.search.result import SearchResult
 
@@ -22,8 +23,8 @@ COMMAND = "python -m kneecore.search"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Find the two most different knees within the uncertainty of the parameters.
+class _Options(OutputOptions, ModelOptions):
+    """Find the two most different knees, or models of your own, within their uncertainty.
 
     A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
     the model itself), or climbs with exact gradients do; the best pair is always computed again in
@@ -39,21 +40,24 @@ class _Options(OutputOptions, KneeOptions):
     moves an angle."""
 
 
-Options = with_flags(
-    _Options, SearchSettings, {"objective": Literal["all", "extension", "flexion"]}
-)
+Options = with_flags(_Options, SearchSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
+def _checked(options: _Options) -> tuple["Model", SearchSettings]:
     """Refuse what can be refused before anything is computed or written."""
     from kneecore.cli.budget import tell_budget
     from kneecore.search.budget import search_budget
 
-    knee = options.knee()
-    run.check_step_check(options.check_step, knee.solver)
-    settings = settings_from(SearchSettings, options).of(knee)
-    tell_budget(COMMAND, knee, search_budget(settings, knee), quiet=options.quiet or options.json)
-    return knee, settings
+    model = options.subject()
+    if options.model is None:
+        run.check_step_check(options.check_step, options.solver)
+    elif options.check_step:
+        raise ParameterError(
+            "`check_step` is True; it is the knee's, and with `model` there is none"
+        )
+    settings = settings_from(SearchSettings, options).of(model)
+    tell_budget(COMMAND, model, search_budget(settings, model), quiet=options.quiet or options.json)
+    return model, settings
 
 
 def _audited(result: "SearchResult") -> "SearchResult":
@@ -80,13 +84,14 @@ def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:
     from kneecore.search.worst_case import worst_case
 
     def work(stop: threading.Event) -> "SearchResult":
-        knee, settings = _checked(options)
+        model, settings = _checked(options)
+        show.unit = model.objective_unit
 
         def callback(report: "Progress") -> object:
             return show(report) or stop.is_set()
 
         with keeping.opened(RESULT_FILE):
-            result = worst_case(knee, settings, callback=callback)
+            result = worst_case(model, settings, callback=callback)
             if options.compare and not stop.is_set():
                 # Interrupted meanwhile: the result is there and is worth keeping.
                 with contextlib.suppress(Cancelled):

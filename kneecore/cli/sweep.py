@@ -10,7 +10,8 @@ import tyro
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
 from kneecore.cli.keeping import Keeping
-from kneecore.cli.knee_options import KneeOptions, OutputOptions
+from kneecore.cli.knee_options import OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import (
     BoundSweepSettings,
@@ -20,7 +21,7 @@ from kneecore.study.settings import (
 
 if TYPE_CHECKING:
     from kneecore.files.bound_study import BoundStudy
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Callback
     from kneecore.study.training_sweep import TrainingSweep
 
@@ -28,7 +29,7 @@ COMMAND = "python -m kneecore.sweep"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Training(OutputOptions, KneeOptions):
+class _Training(OutputOptions, ModelOptions):
     """Tell how many runs a surrogate should learn from.
 
     Trains surrogates on more and more runs, searches for the worst case in each, and holds gap,
@@ -38,8 +39,8 @@ class _Training(OutputOptions, KneeOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Bound(OutputOptions, KneeOptions):
-    """Tell how accurately the geometry must be known.
+class _Bound(OutputOptions, ModelOptions):
+    """Tell how accurately the geometry, or the inputs of a model of your own, must be known.
 
     Finds the exact worst case for each bound on the geometry, and the largest bound with which
     every knee still extends far enough. The slope's bound changes in proportion; the material's
@@ -53,7 +54,7 @@ Bound = with_flags(with_flags(_Bound, NeededAccuracySettings), BoundSweepSetting
 
 
 def _sweep_training(
-    options: _Training, knee: "Knee", callback: "Callback"
+    options: _Training, model: "Model", callback: "Callback"
 ) -> "TrainingSweep | None":
     from kneecore.cli.budget import tell_budget
     from kneecore.progress import Cancelled
@@ -61,15 +62,15 @@ def _sweep_training(
     from kneecore.study.training_sweep import training_sweep
 
     settings = settings_from(TrainingSweepSettings, options)
-    budget = study_budget(settings, knee)
-    tell_budget(COMMAND, knee, budget, quiet=options.quiet or options.json)
+    budget = study_budget(settings, model)
+    tell_budget(COMMAND, model, budget, quiet=options.quiet or options.json)
     try:
-        return training_sweep(knee, settings, callback=callback)
+        return training_sweep(model, settings, callback=callback)
     except Cancelled:
         return None
 
 
-def _sweep_bounds(options: _Bound, knee: "Knee", callback: "Callback") -> "BoundStudy | None":
+def _sweep_bounds(options: _Bound, model: "Model", callback: "Callback") -> "BoundStudy | None":
     from dataclasses import replace
 
     from kneecore.files.bound_study import BoundStudy
@@ -80,11 +81,13 @@ def _sweep_bounds(options: _Bound, knee: "Knee", callback: "Callback") -> "Bound
     settings = settings_from(BoundSweepSettings, options)
     asked = settings_from(NeededAccuracySettings, options)
     if asked.largest is None:
-        asked = replace(asked, largest=max(*knee.sizes, *(settings.sizes or ())))
+        asked = replace(asked, largest=max(*model.sizes, *(settings.sizes or ())))
     study = None
     try:
-        study = BoundStudy(sweep=bound_sweep(knee, settings, callback=callback))
-        study.need = needed_accuracy(knee, asked, callback=callback)
+        study = BoundStudy(sweep=bound_sweep(model, settings, callback=callback))
+        # Nobody has said of a model of one's own what is good enough, unless asked with --within.
+        if asked.within is not None or model.goal is not None:
+            study.need = needed_accuracy(model, asked, callback=callback)
     except Cancelled:
         pass
     return study
@@ -98,15 +101,15 @@ def _sweep(
     options: _Training | _Bound, keeping: Keeping, stop: threading.Event, show: "Callback"
 ) -> Any:
     """Return what has been computed, or None."""
-    knee = options.knee()
+    model = options.subject()
 
     def callback(report: Any) -> object:
         return show(report) or stop.is_set()
 
     with keeping.opened(_file(options)):
         if isinstance(options, _Training):
-            return _sweep_training(options, knee, callback)
-        return _sweep_bounds(options, knee, callback)
+            return _sweep_training(options, model, callback)
+        return _sweep_bounds(options, model, callback)
 
 
 def _save(options: _Training | _Bound, done: Any) -> bool:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
 from kneecore.cli.keeping import Keeping
-from kneecore.cli.knee_options import File, KneeOptions, OutputOptions
+from kneecore.cli.knee_options import File, OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
 if TYPE_CHECKING:
     from kneecore.files.study import Study
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Callback, Progress
     from kneecore.search.result import SearchResult
 
@@ -22,15 +23,15 @@ COMMAND = "python -m kneecore.uncertainty"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Sample the true model within the uncertainty of the parameters, and tell which decide.
+class _Options(OutputOptions, ModelOptions):
+    """Sample the knees, or a model of your own, within its uncertainty, and tell what decides.
 
     The packaged baseline is a reconstruction: the parameter table of Ciszkiewicz & Dumas 2024 is
     not available.
     """
 
     influence: bool = False
-    """Compute Sobol' indices of the 12 angles as well."""
+    """Compute Sobol' indices of the outputs (the 12 angles) as well."""
     result: File = None
     """A result.json of a search with the same bounds, to be held against the samples."""
 
@@ -38,34 +39,34 @@ class _Options(OutputOptions, KneeOptions):
 Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
+def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
     from kneecore.cli.budget import tell_budget
     from kneecore.search.result import SearchResult
     from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
 
-    knee = options.knee()
+    model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
     asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
-    budgets = [study_budget(settings, knee) for settings in asked[: 1 + options.influence]]
+    budgets = [study_budget(settings, model) for settings in asked[: 1 + options.influence]]
     if worst is not None:
-        check_comparable(worst, knee)
-    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
-    return knee, worst
+        check_comparable(worst, model)
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
+    return model, worst
 
 
 def _study(options: _Options, keeping: Keeping, stop: threading.Event, show: "Callback") -> "Study":
     from kneecore.files.study import STUDY_FILE
 
-    knee, worst = _checked(options)
+    model, worst = _checked(options)
     with keeping.opened(STUDY_FILE):
-        return _computed(options, knee, worst, stop, show)
+        return _computed(options, model, worst, stop, show)
 
 
 def _computed(
     options: _Options,
-    knee: "Knee",
+    model: "Model",
     worst: "SearchResult | None",
     stop: threading.Event,
     show: "Callback",
@@ -78,7 +79,7 @@ def _computed(
         return show(report) or stop.is_set()
 
     sampled = monte_carlo(
-        knee,
+        model,
         settings_from(SamplingSettings, options),
         marks=None if worst is None else worst.y,
         callback=callback,
@@ -133,6 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(options: _Options, keeping: Keeping) -> int:
     from kneecore.cli.progress import ProgressDisplay
+    from kneecore.progress import Cancelled
 
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
@@ -150,6 +152,9 @@ def _run(options: _Options, keeping: Keeping) -> int:
     except KneecoreError as error:
         names = flag_names(SamplingSettings, InfluenceSettings) | {"folder": "--out"}
         return run.fail(COMMAND, error, options, names)
+    except Cancelled:
+        told = "interrupted before there were two samples; nothing was saved"
+        return run.interrupted(COMMAND, told + keeping.way_on())
     except KeyboardInterrupt:
         way_on = keeping.way_on()
         return run.interrupted(COMMAND, f"interrupted while writing; nothing was saved{way_on}")

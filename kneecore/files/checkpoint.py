@@ -211,6 +211,10 @@ class Checkpoint:
     def _stop(self, why: str) -> None:
         """Keep no more: the work itself goes on."""
         self._broken = True
+        for half in self.folder.glob("*.tmp"):
+            half.unlink(missing_ok=True)
+        with suppress(OSError):  # only if nothing was kept before
+            self.folder.rmdir()
         _LOG.warning("no more can be kept in %s (%s); going on without", self.folder, why)
 
     @property

@@ -12,7 +12,7 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Self, get_args
+from typing import Any, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -91,6 +91,8 @@ class Knee(Model):
         baseline's rest lengths.
     threads : int, optional
         Threads to use; all available cores for None. The numbers do not depend on it.
+    workers : int, str or executor, optional
+        Who runs the knees, as for `Model`: for millions of samples on many machines.
 
     Raises
     ------
@@ -98,6 +100,7 @@ class Knee(Model):
         If an argument is not allowed.
     """
 
+    can_keep = False
     count_names = ("failed", "refined", "unsettled")
     watched = LARGEST_EXTENSION
     picture_unit = "mm"
@@ -115,12 +118,18 @@ class Knee(Model):
         solver: Solver = "dynamics",
         rest_length: RestLength = "recomputed",
         threads: int | None = None,
+        workers: Any = None,
     ) -> None:
         self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
         super().__init__(
-            None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
+            None,
+            _inputs(self.space),
+            [FLEXION],
+            name=self.space.title,
+            threads=threads,
+            workers=workers,
         )
 
     @property
@@ -164,9 +173,11 @@ class Knee(Model):
 
     def with_space(self, space: ParameterSpace) -> Self:
         """Return the knees of another space, computed in the same way."""
-        return type(self)(
+        knee = type(self)(
             space, solver=self.solver, rest_length=self.rest_length, threads=self.threads
         )
+        knee._engine, knee._options = self._engine, self._options  # the same workers
+        return knee
 
     @property
     def has_gradient(self) -> bool:
@@ -200,7 +211,7 @@ class Knee(Model):
             return widened(values, len(self.inputs))
         return super()._points(argument, x)
 
-    def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:
+    def _examine(self, x: FloatArray, *, observe: bool) -> Evaluation:
         """Run the knees, SI, shape (n, 28) or (n, 32); angles in deg, (n, 12)."""
         if observe:
             return self._observed(x)

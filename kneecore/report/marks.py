@@ -18,6 +18,9 @@ _COUNTED = {
     "unsettled": "with an unsettled load",
     "not_at_rest": "not within 0.1 deg of their equilibrium",
     "implausible": "implausible",
+    "partial": "with some of their outputs only",
+    "retried": "tried again",
+    "reused": "reused from the runs that were kept",
 }
 
 

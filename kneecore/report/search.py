@@ -15,6 +15,7 @@ from kneecore.report.command import command_line
 from kneecore.report.evidence import comparison_lines, evidence_lines, repair_line
 from kneecore.report.knee_pair import difference_lines, knee_footer, knee_summary, knee_tables
 from kneecore.report.marks import counted, legend
+from kneecore.report.outputs import failure_lines
 from kneecore.report.step_check import step_lines
 from kneecore.report.tables import render, significant, table, with_unit
 from kneecore.search.result import SearchResult
@@ -137,7 +138,8 @@ def _footer(result: SearchResult) -> str:
     method = f"Method: {result.settings.method}"
     solver = f", solver: {model.solver}" if isinstance(model, Knee) else ""
     seconds = ", ".join(f"{name} {value:.3f}" for name, value in result.seconds.items())
-    lines += [f"{method}{solver}.", _counts(result), f"Seconds: {seconds}."]
+    lines += [f"{method}{solver}.", _counts(result), *failure_lines(model)]
+    lines.append(f"Seconds: {seconds}.")
     lines.append(knee_footer(model) if isinstance(model, Knee) else f"Model: {model.name}.")
     return "\n".join(lines)
 

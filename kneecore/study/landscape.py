@@ -86,14 +86,18 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
 
 def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
     """Run a model for points (n, d), with a report after every few."""
-    parts = []
-    for first in range(0, len(points), BATCH):
-        report = Progress(stage="sampling", done=first, total=len(points))
-        if callback is not None and callback(report):
-            raise Cancelled
-        parts.append(model.evaluate(points[first : first + BATCH]))
-    if callback is not None:
-        callback(Progress(stage="sampling", done=len(points), total=len(points)))
+
+    def watch(done: int) -> object:
+        report = Progress(stage="sampling", done=done, total=len(points))
+        return callback is not None and callback(report)
+
+    if watch(0):
+        raise Cancelled
+    batches = (points[first : first + BATCH] for first in range(0, len(points), BATCH))
+    parts = [done.y for done in model.stream(batches, watch=watch)]
+    if sum(map(len, parts)) < len(points):
+        raise Cancelled
+    watch(len(points))
     return np.concatenate(parts)
 
 

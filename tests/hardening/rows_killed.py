@@ -20,13 +20,22 @@ from hardening.killed import (
     started,
     until,
 )
-from hardening.rows import Outcome, Scale, row
+from hardening.rows import Guard, Outcome, Scale, row
 
 _SHORT = ("search in the model", "samples and influence")
 """What the short form takes: a step whose state is kept, and runs that are."""
 
 
-@row("Processes killed")
+@row(
+    "Processes killed",
+    Guard(
+        file="kneecore/cli/keeping.py",
+        function="Keeping.done",
+        line="self.checkpoint.remove()",
+        instead="pass",
+        test="tests/hardening/test_killed.py -k killed_process",
+    ),
+)
 def kill_processes(scale: Scale) -> Outcome:
     """Kill every long command at random times and hold what it ends with against a whole run."""
     names = list(COMMANDS) if scale.share == 1.0 else _SHORT
@@ -123,7 +132,16 @@ def filled_and_gone_on(
         return disk.is_real
 
 
-@row("A full disk")
+@row(
+    "A full disk",
+    Guard(
+        file="kneecore/files/checkpoint.py",
+        function="Checkpoint._careful",
+        line="except OSError as error:",
+        instead="except ZeroDivisionError as error:",
+        test="tests/hardening/test_killed.py -k full_disk",
+    ),
+)
 def fill_disk(scale: Scale) -> Outcome:
     """Let the disk fill up while a command writes its checkpoint or its files; then make room."""
     name = "samples and influence"
@@ -169,7 +187,16 @@ def fought_over(
     tally.check(contents(cut) == contents(whole), f"{name}: other files")
 
 
-@row("Two writers of one folder")
+@row(
+    "Two writers of one folder",
+    Guard(
+        file="kneecore/cli/keeping.py",
+        function="Keeping._lock_out_others",
+        line="_fcntl.flock(handle, _fcntl.LOCK_EX | _fcntl.LOCK_NB)",
+        instead="pass",
+        test="tests/hardening/test_killed.py -k writers",
+    ),
+)
 def write_twice(scale: Scale) -> Outcome:
     """Start several commands on one folder at the same time, and others while one runs."""
     name = "samples and influence"

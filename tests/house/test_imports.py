@@ -11,8 +11,9 @@ from imports import ROOT, arrows, circles, imports_of, sources
 
 MAX_LINES = 400
 PRIVATE = re.compile(r"viser(\.\w+)*\._\w+(\.\w+)*")
-DOORS = ("kneecore/presented.py", "kneecore/_command.py")
-"""The modules that may find others by name: a result's presentation, and a room's command."""
+DOORS = ("kneecore/presented.py", "kneecore/_command.py", "kneecore/runs/functions.py")
+"""The modules that may find others by name: a result's presentation, a room's command, and a
+user's function."""
 VISER = ("kneeviz/viser_internals.py", "kneeviz/viser_broadcast.py")
 """The modules that alone may touch viser's private parts."""
 
