@@ -22,11 +22,23 @@ from kneecore._threads import available_cores
 __all__ = ["compile_apart", "wait_for"]
 
 _PROGRAM = """
-import importlib, sys
-for line in sys.stdin:
-    module, function = line.strip().split(":")
-    getattr(importlib.import_module(module), function)()
-    print(line, end="", flush=True)
+import importlib, os, queue, sys, threading
+
+def listen():
+    for line in sys.stdin:
+        asked.put(line)
+    os._exit(0)  # who asked has ended, in whatever way: in the middle of a part, too
+
+asked = queue.SimpleQueue()
+threading.Thread(target=listen, daemon=True).start()
+try:
+    while True:
+        line = asked.get()
+        module, function = line.strip().split(":")
+        getattr(importlib.import_module(module), function)()
+        print(line, end="", flush=True)
+finally:
+    os._exit(1)
 """
 _PATIENCE_S = 20.0
 """Three times what a part takes on an idle core: should it hang, the kernels are compiled here."""

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from kneecore.cli import run
+from kneecore.errors import KneecoreError
 
 if TYPE_CHECKING:
     from kneeviz.server.app import App
@@ -165,15 +166,11 @@ def start(options: Options) -> "App":
     return app
 
 
-def _serve(app: "App", *, browser: bool) -> None:
+def _serve(app: "App", stop: threading.Event, *, browser: bool) -> None:
     """Print the address, open it, and wait for Ctrl-C or a polite end."""
     # viser warns of clients that left meanwhile and of odd uploads: strangers' doing, not faults.
     for start_of_message in ("Queued a ", r"\[viser\] "):
         warnings.filterwarnings("ignore", start_of_message, UserWarning)
-    stop = threading.Event()
-    # A handler of our own: numba swallows Ctrl-C while it compiles.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
     if app.warning is not None:
         print(f"kneeviz: warning: {app.warning}", file=sys.stderr, flush=True)  # noqa: T201
     print(f"kneeviz: {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201
@@ -183,20 +180,28 @@ def _serve(app: "App", *, browser: bool) -> None:
         threading.Thread(target=webbrowser.open, args=(app.url,), daemon=True).start()
     while not stop.wait(0.5):
         pass
-    app.stop()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code."""
-    options = run.parse(Options, arguments, COMMAND)
-    from kneecore import KneecoreError
+    """Run the command and return its exit code.
 
+    Ctrl-C is how it ends, and no failure: 0. A polite end (SIGTERM) is 143, as in other commands.
+    """
+    options = run.parse(Options, arguments, COMMAND)
     try:
-        app = start(options)
+        # From the start on: numba swallows Ctrl-C while it compiles.
+        with run.undisturbed() as stop:
+            app = start(options)
+            try:
+                if not stop.is_set():
+                    _serve(app, stop, browser=not options.no_browser)
+            finally:
+                app.stop()
     except KneecoreError as error:
         return run.fail(COMMAND, error)
-    _serve(app, browser=not options.no_browser)
-    return 0
+    except KeyboardInterrupt:  # pressed twice
+        pass
+    return 0 if run.stop_code() == 128 + signal.SIGINT else run.stop_code()
 
 
 if __name__ == "__main__":

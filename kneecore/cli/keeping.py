@@ -107,6 +107,8 @@ class Keeping:
             )
         folder = prepare_folder(out, force=force or begun, holds=holds)
         self._lock_out_others(folder)
+        if not begun:  # one who wrote there until now has left his result
+            prepare_folder(out, force=force, holds=holds)
         _remove_what_the_dead_left(folder)
         self.checkpoint = Checkpoint(folder, self._about(), resume=resume)
 

@@ -31,6 +31,7 @@ __all__ = [
     "put",
     "run_cancellable",
     "say",
+    "stop_code",
     "undisturbed",
 ]
 
@@ -129,10 +130,15 @@ def _let_sigterm_interrupt() -> None:
         signal.signal(signal.SIGTERM, handle)
 
 
+def stop_code() -> int:
+    """Return the exit code that tells by which signal the command was stopped."""
+    return 128 + _last_stop
+
+
 def interrupted(command: str, what: str) -> int:
     """Say that a command was interrupted and what of it is there; return the exit code."""
     say(command, what)
-    return 128 + _last_stop
+    return stop_code()
 
 
 @contextlib.contextmanager
@@ -154,7 +160,7 @@ def _interrupt_sets(event: threading.Event) -> Iterator[None]:
 
 @contextlib.contextmanager
 def undisturbed() -> Iterator[threading.Event]:
-    """Let Ctrl-C wait, as an event that is set, while files are written; a second one does not."""
+    """Let Ctrl-C wait, as an event that is set, until the block is done; a second one does not."""
     stop = threading.Event()
 
     def handle(number: int, _frame: FrameType | None) -> None:

@@ -8,8 +8,10 @@ on stdout.
 """
 
 import contextlib
+import math
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -33,6 +35,7 @@ NAMELESS = "a file without a name"
 _COMMAND = (sys.executable, "-m", "kneeviz.jobs.uploads")
 _turns = threading.BoundedSemaphore(AT_ONCE)
 _waiting = threading.BoundedSemaphore(MOST_WAITING)
+_processes: set["subprocess.Popen[bytes]"] = set()
 
 
 class Uploaded(NamedTuple):
@@ -90,6 +93,7 @@ def parse_apart(name: str, content: bytes) -> KneeFile | SearchResult:
         stderr=subprocess.DEVNULL,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
     ) as process:
+        _processes.add(process)
         try:
             said, _ = process.communicate(content, timeout=DEADLINE)
         except subprocess.TimeoutExpired:
@@ -98,12 +102,19 @@ def parse_apart(name: str, content: bytes) -> KneeFile | SearchResult:
             ) from None
         finally:
             process.kill()
+            _processes.discard(process)
     if process.returncode != 0:
         raise FileFormatError("it cannot be read; the process that tried has failed")
     found: KneeFile | SearchResult | KneecoreError = pickle.loads(said)  # of our own process
     if isinstance(found, KneecoreError):
         raise found
     return found
+
+
+def end_all() -> None:
+    """End the processes that parse: this one ends, and nobody waits for them."""
+    for process in list(_processes):
+        process.kill()
 
 
 class Uploads:
@@ -122,6 +133,8 @@ class Uploads:
         def work() -> None:
             try:
                 with _turns:
+                    if self._latest.get(client_id) is not mark:
+                        return  # nobody waits for it any more
                     said = self._read(name, content, client_id)
             finally:
                 _waiting.release()
@@ -150,6 +163,8 @@ def _main() -> None:
     found: Any
     if hasattr(os, "nice"):
         os.nice(5)  # the pages go first
+    if hasattr(signal, "alarm"):  # should the server be killed, who kept the time
+        signal.alarm(math.ceil(DEADLINE) + 1)
     try:
         found = parse(sys.argv[1], sys.stdin.buffer.read())
     except KneecoreError as error:

@@ -11,6 +11,7 @@ import kneecore
 from kneecore import KneeFile, SearchResult
 from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions.result import take_result
+from kneeviz.jobs import uploads
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
@@ -117,6 +118,7 @@ class App:
         for session in self._common.values():
             self._end(session)
         self._common = {}
+        uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 

@@ -1,9 +1,8 @@
 """Long commands lose nothing: stopped in any way, they go on to the same bytes."""
 
 import errno
-import json
 import os
-import random
+import shlex
 import signal
 import subprocess
 import sys
@@ -12,6 +11,7 @@ import time
 import numpy as np
 import pytest
 from commands import called
+from hardening.killed import contents
 
 from kneecore.cli import keeping, paper, search, sweep, uncertainty
 from kneecore.cli import run as cli_run
@@ -37,8 +37,6 @@ COMMANDS = {
     "sweep of training": (*(sweep, "training", "--sizes", "40", "50", "--seeds", "2"),),
     "paper": (paper, "--quick"),
 }
-# How long something took, and what is said or drawn of it.
-TIMES = {"seconds", "versions", "digest", "why", "ours", "outcome"}
 
 
 @pytest.fixture(autouse=True)
@@ -75,25 +73,6 @@ def stop_at(monkeypatch):
         return seen
 
     return stop
-
-
-def without_times(value):
-    if isinstance(value, dict):
-        return {k: without_times(v) for k, v in value.items() if k not in TIMES}
-    return [without_times(v) for v in value] if isinstance(value, list) else value
-
-
-def contents(folder):
-    """Return the numbers in a folder's files, times apart; the text and pictures of times too."""
-    found = {}
-    for path in sorted(folder.iterdir()):
-        if path.suffix == ".json":
-            found[path.name] = without_times(json.loads(path.read_text(encoding="utf-8")))
-        elif "training" in path.name or path.name.startswith("paper."):
-            found[path.name] = None
-        else:
-            found[path.name] = path.read_bytes()
-    return found
 
 
 def run(capsys, command, folder, *more):
@@ -141,49 +120,6 @@ def test_what_was_kept_is_not_computed_again(capsys, tmp_path, stop_at, monkeypa
     assert run(capsys, command, tmp_path, "--resume")[0] == 0
     whole = 8192 + 64 * 30
     assert 0 < sum(rows) < 0.8 * whole
-
-
-CODE = """
-import importlib, sys
-from kneecore.files import checkpoint
-from kneecore.files import folder as folders
-checkpoint.INTERVAL_S = 0.0
-sys.exit(importlib.import_module(sys.argv[1]).main(sys.argv[2:]))
-"""
-
-
-def started(command, folder, *more):
-    module, *options = command
-    words = [module.__name__, *options, "--quiet", "--threads", "1", "--out", str(folder), *more]
-    return subprocess.Popen(
-        [sys.executable, "-c", CODE, *words],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-@pytest.mark.parametrize("name", ["search in the model", "samples and influence"])
-def test_a_killed_process_goes_on_to_the_same_bytes(name, capsys, tmp_path):
-    assert run(capsys, COMMANDS[name], tmp_path / "whole")[0] == 0
-    cut, chance = tmp_path / "cut", random.Random(name)
-    for attempt in range(3):
-        process = started(COMMANDS[name], cut, *(["--resume"] if attempt else []))
-        deadline = time.monotonic() + 60.0
-        while not (cut / "checkpoint").exists() and time.monotonic() < deadline:
-            if process.poll() is not None:
-                break
-            time.sleep(0.01)
-        time.sleep(chance.uniform(0.0, 0.5))
-        process.kill()
-        process.communicate()
-        if (cut / "checkpoint").exists():
-            continue
-        break
-    if (cut / "checkpoint").exists():
-        assert run(capsys, COMMANDS[name], cut, "--resume") == (0, "")
-    assert contents(cut) == contents(tmp_path / "whole")
-    assert not list(cut.glob(".*"))
 
 
 def stopped(capsys, folder, stop_at, name="search in the model"):
@@ -291,24 +227,6 @@ def test_no_more_than_a_limit_is_kept(capsys, tmp_path, stop_at, monkeypatch, ca
     assert caplog.text.count("no more can be kept") == 1
 
 
-def test_two_writers_of_one_folder(capsys, tmp_path):
-    pytest.importorskip("fcntl")
-    other = started(COMMANDS["paper"], tmp_path)
-    try:
-        deadline = time.monotonic() + 60.0
-        while not (tmp_path / "checkpoint").exists() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        for more in ((), ("--resume",), ("--force",)):
-            code, err = run(capsys, COMMANDS["search in the model"], tmp_path, *more)
-            assert code == 2
-            assert err.count("\n") == 1
-        assert "to which another process is writing; another folder is allowed" in err
-    finally:
-        other.kill()
-        other.communicate()
-    assert run(capsys, COMMANDS["search in the model"], tmp_path, "--force") == (0, "")
-
-
 def test_what_the_dead_left_is_removed(tmp_path, capsys):
     child = subprocess.Popen([sys.executable, "-c", ""])
     child.wait()
@@ -323,32 +241,30 @@ def test_what_the_dead_left_is_removed(tmp_path, capsys):
     assert mine.exists()
 
 
-def test_a_polite_end_is_ctrl_c(tmp_path):
-    process = started(COMMANDS["samples and influence"], tmp_path)
-    deadline = time.monotonic() + 60.0
-    while not (tmp_path / "checkpoint").exists() and time.monotonic() < deadline:
-        time.sleep(0.01)
-    process.terminate()
-    said = process.communicate()[1]
-    assert process.returncode == 143
-    assert "Traceback" not in said
-    assert said.strip().endswith("--resume")
-
-
 def test_the_words_to_go_on_are_a_command(capsys, tmp_path, stop_at):
     stop_at(10)
     folder = tmp_path / "a folder's name"
     err = run(capsys, COMMANDS["search in the model"], folder)[1]
     stop_at(0)
-    words = err.split("to go on: ")[1]
-    done = subprocess.run(
-        ["sh", "-c", words.replace("python", sys.executable, 1)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    python, m, module, *words = shlex.split(err.split("to go on: ")[1])
+    assert [python, m, module] == ["python", "-m", "kneecore.search"]
+    assert called(capsys, search.main, *words)[0] == 0
     assert (folder / "result.json").exists()
+
+
+def test_who_comes_when_another_has_just_ended_takes_nothing_away(capsys, tmp_path, monkeypatch):
+    """Between the first look at the folder and its lock, another one writes his result."""
+    lock = keeping.Keeping._lock_out_others
+
+    def late(self, folder):
+        (folder / "result.json").write_text("another's")
+        lock(self, folder)
+
+    monkeypatch.setattr(keeping.Keeping, "_lock_out_others", late)
+    code, err = run(capsys, COMMANDS["search in the model"], tmp_path)
+    assert code == 2
+    assert "holds a result.json already" in err
+    assert (tmp_path / "result.json").read_text() == "another's"
 
 
 def test_ctrl_c_while_files_are_written_loses_none(capsys, tmp_path, monkeypatch):

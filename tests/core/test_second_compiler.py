@@ -72,6 +72,14 @@ def test_it_ends_with_this_process(empty, started):
     assert started[0].wait(20) == 0
 
 
+def test_it_ends_in_the_middle_of_a_part(empty, started):
+    second.compile_apart("os:getcwd")
+    second.wait_for("os:getcwd")
+    second.compile_apart("signal:pause")
+    started[0].stdin.close()
+    assert started[0].wait(5) == 0
+
+
 @pytest.mark.parametrize("place", ["os:abort", "kneecore:nothing", "nowhere:at_all"])
 def test_its_failure_is_nobodys(empty, started, place, capfd):
     compiled_apart(place)

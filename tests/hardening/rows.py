@@ -2,7 +2,7 @@
 
 A module ``rows_<part>.py`` in this folder adds its own by decorating a function::
 
-    @row("Files cut short")
+    @row("Files cut short", Guard(file=..., function=..., line=..., test=...))
     def cut_files(scale: Scale) -> Outcome: ...
 """
 
@@ -39,27 +39,55 @@ class Outcome:
     """Whether that is what should happen."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Guard:
+    """A line that a row rests on: without it, its test fails. ``guards.py`` takes it out and looks.
+
+    Lines are without their indentation, as they stand in the file.
+    """
+
+    file: str
+    function: str
+    line: str
+    instead: str
+    """What stands there when it is taken out."""
+    test: str
+    """What fails then: pytest's arguments."""
+
+
 Attack = Callable[[Scale], Outcome]
 ROWS: dict[str, Attack] = {}
 """The rows by their names, in the order of the table."""
+GUARDS: dict[str, Guard] = {}
+"""The guards of the rows, by the rows' names."""
 
 
-def row(name: str) -> Callable[[Attack], Attack]:
+def row(name: str, guard: Guard) -> Callable[[Attack], Attack]:
     """Add a row to the table."""
 
     def added(attack: Attack) -> Attack:
         assert name not in ROWS, f"there are two rows {name!r}"
-        ROWS[name] = attack
+        ROWS[name], GUARDS[name] = attack, guard
         return attack
 
     return added
 
 
+HEAD = (
+    "| what we try to break | injected | what happens | the line that was removed to see it fail |",
+    "|---|---|---|---|",
+)
+
+
+def line(name: str, outcome: Outcome) -> str:
+    """Return a row of the Markdown table."""
+    mark = "" if outcome.sound else "**not sound:** "
+    guard = GUARDS[name]
+    place = f"`{guard.file}`, `{guard.function}`: `{guard.line}`"
+    cells = (name, outcome.injected, mark + outcome.happened, place)
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
 def table(outcomes: dict[str, Outcome]) -> str:
-    """Return the Markdown table of what was injected and what happened."""
-    lines = ["| what we try to break | injected | what happens |", "|---|---|---|"]
-    for name, outcome in outcomes.items():
-        mark = "" if outcome.sound else "**not sound:** "
-        cells = (name, outcome.injected, mark + outcome.happened)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines)
+    """Return the Markdown table of what was injected, what happened, and what holds it."""
+    return "\n".join([*HEAD, *(line(name, outcome) for name, outcome in outcomes.items())])

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import viser
 from hardening.attacks import upload_button
-from hardening.rows import Outcome, Scale, row
+from hardening.rows import Guard, Outcome, Scale, row
 from hardening.served import LABEL, Honest, serving, slider
 from viz.websocket_client import CAMERA, WebSocketClient
 from websockets.exceptions import WebSocketException
@@ -106,7 +106,16 @@ def _crowd_limit_ms(scale: Scale) -> float:
     return 100.0 if scale.share == 1.0 else 400.0
 
 
-@row("Thirty-two visitors drag while one searches")
+@row(
+    "Thirty-two visitors drag while one searches",
+    Guard(
+        file="kneeviz/server/app.py",
+        function="App.__init__",
+        line="viser_broadcast.install()",
+        instead="pass",
+        test="tests/hardening/test_load.py -k thirty_two",
+    ),
+)
 def crowd(scale: Scale) -> Outcome:
     """Let thirty-two visitors of one knee drag while the true model is searched."""
     with (
@@ -156,7 +165,16 @@ def drop_in(port: int, turn: int) -> None:
             learner.wait(lambda c: c.notifications, 30)
 
 
-@row("Minutes of use")
+@row(
+    "Minutes of use",
+    Guard(
+        file="kneeviz/viser_internals.py",
+        function="_forget_old_acks",
+        line="for number in acks[:-_ACKS_KEPT]:",
+        instead="for number in ():",
+        test="tests/hardening/test_wire.py -k pile_up",
+    ),
+)
 def soak(scale: Scale) -> Outcome:
     """Let visitors come, search, load files and go, and see whether the server grows."""
     seconds, turns, held = 3.0 * scale.seconds, 0, []

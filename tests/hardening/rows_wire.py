@@ -5,7 +5,7 @@ import time
 
 from hardening import attacks
 from hardening.leavers import Watchdog, hail_of_leavers
-from hardening.rows import Outcome, Scale, row
+from hardening.rows import Guard, Outcome, Scale, row
 from hardening.served import Honest, Served, serving
 from viz.websocket_client import WebSocketClient
 from websockets.exceptions import InvalidStatus
@@ -33,7 +33,16 @@ def fared_well(honest: Honest, served: Served, before_mb: float) -> bool:
     )
 
 
-@row("Pages of other sites, false names, no token")
+@row(
+    "Pages of other sites, false names, no token",
+    Guard(
+        file="kneeviz/server/gate.py",
+        function="Gate.refusal",
+        line='if not all(self._is_own_page(origin, here) for origin in headers.get_all("Origin")):',
+        instead="if False:",
+        test="tests/hardening/test_gate.py -k another_site",
+    ),
+)
 def strangers(scale: Scale) -> Outcome:
     """Ask for the state as a page of another site, under a false name, without the token."""
     count, refused = scale.count(1000), 0
@@ -59,7 +68,16 @@ def strangers(scale: Scale) -> Outcome:
     )
 
 
-@row("Malformed, oversized, out-of-order, hostile messages")
+@row(
+    "Malformed, oversized, out-of-order, hostile messages",
+    Guard(
+        file="kneeviz/server/front.py",
+        function="Connection.recv",
+        line="if message is not None and self._joined.is_set():",
+        instead="if True:",
+        test="tests/hardening/test_wire.py -k hostile_messages",
+    ),
+)
 def messages(scale: Scale) -> Outcome:
     """Send what no page would, over four connections at once."""
     with serving() as served, Honest(served.port) as honest:
@@ -71,7 +89,16 @@ def messages(scale: Scale) -> Outcome:
     )
 
 
-@row("Half-open connections")
+@row(
+    "Half-open connections",
+    Guard(
+        file="kneeviz/server/caps.py",
+        function="Crowd.enter",
+        line="if len(self) >= self._limit:",
+        instead="if False:",
+        test="tests/hardening/test_wire.py -k half_open",
+    ),
+)
 def half_open(scale: Scale) -> Outcome:
     """Hold three hundred connections that were begun and never finished."""
     count = 300
@@ -92,7 +119,16 @@ def half_open(scale: Scale) -> Outcome:
     )
 
 
-@row("Visitors who never read, read slowly, or send a byte at a time")
+@row(
+    "Visitors who never read, read slowly, or send a byte at a time",
+    Guard(
+        file="kneeviz/server/front.py",
+        function="Connection.send",
+        line="if self._told > FREE_FRAMES and not self._joined.is_set():",
+        instead="if False:",
+        test="tests/hardening/test_wire.py -k then_little",
+    ),
+)
 def stalled(scale: Scale) -> Outcome:
     """Hold visitors who read nothing, others who read little, and who send a byte at a time."""
     with (
@@ -110,7 +146,16 @@ def stalled(scale: Scale) -> Outcome:
     return Outcome(injected=injected, happened=happened, sound=sound)
 
 
-@row("Files made to keep a parser busy")
+@row(
+    "Files made to keep a parser busy",
+    Guard(
+        file="kneeviz/jobs/uploads.py",
+        function="Uploads._read",
+        line="return Uploaded(told, client_id, parse_apart(name, content), None)",
+        instead="return Uploaded(told, client_id, parse(name, content), None)",
+        test="tests/viz/test_uploads.py -k slow_parser",
+    ),
+)
 def long_files(scale: Scale) -> Outcome:
     """Let four visitors upload the worst files of the largest size, one after the other."""
     with serving() as served, Honest(served.port) as honest:
@@ -143,7 +188,16 @@ def long_files(scale: Scale) -> Outcome:
     )
 
 
-@row("Unfinished uploads")
+@row(
+    "Unfinished uploads",
+    Guard(
+        file="kneeviz/viser_internals.py",
+        function="crowding_fault",
+        line="if len(own) >= _PENDING or sum(own) + size_bytes > _PENDING_BYTES:",
+        instead="if False:",
+        test="tests/hardening/test_wire.py -k few_under_way",
+    ),
+)
 def uploads(scale: Scale) -> Outcome:
     """Begin uploads of the largest size and never finish one."""
     visitors = scale.count(60)
@@ -172,7 +226,16 @@ def uploads(scale: Scale) -> Outcome:
     )
 
 
-@row("Visitors who leave before they have come")
+@row(
+    "Visitors who leave before they have come",
+    Guard(
+        file="kneeviz/server/seats.py",
+        function="Seats.join",
+        line="if len(self._seats) >= self._limit:",
+        instead="if False:",
+        test="tests/hardening/test_leavers.py -k burst",
+    ),
+)
 def leavers(scale: Scale) -> Outcome:
     """Let visitors of a server with a knee for each join and go within 40 ms."""
     app = App(port=0, shared=False)

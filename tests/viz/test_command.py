@@ -28,11 +28,11 @@ def run(*arguments, timeout=30):
 
 
 @contextlib.contextmanager
-def started(*arguments):
+def started(*arguments, **environment):
     process = subprocess.Popen(
         [sys.executable, "-m", "kneeviz", "--no-browser", *arguments],
         cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        env=os.environ | {"PYTHONUNBUFFERED": "1"} | environment,
     )  # fmt: skip
     said = ""
     try:
@@ -119,6 +119,54 @@ def test_it_prints_its_address_serves_and_frees_the_port_at_ctrl_c():
         process.send_signal(signal.SIGINT)
         assert process.wait(15) == 0
         assert is_free(port)
+
+
+def children(pid):
+    """Return the processes that a process has started, and whose they are meanwhile."""
+    found = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, parent = path.read_text().rpartition(")")[2].split()[:2]
+            if int(parent) == pid and state != "Z":
+                found[int(path.parent.name)] = path.parent
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="no /proc")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_a_polite_end_is_143_and_no_end_leaves_a_process_behind(number, tmp_path):
+    # Nothing is compiled yet, so that a second process helps.
+    with started("--port", "0", NUMBA_CACHE_DIR=str(tmp_path)) as (process, port):
+        begun = children(process.pid)
+        process.send_signal(number)
+        assert process.wait(15) == (143 if number == signal.SIGTERM else -number)
+        assert is_free(port)
+        assert "Traceback" not in process.stdout.read()
+        end = time.monotonic() + 3.0
+        while any(path.exists() for path in begun.values()) and time.monotonic() < end:
+            time.sleep(0.05)
+        assert not [path for path in begun.values() if path.exists()]
+    if len(os.sched_getaffinity(0)) > 1:
+        assert begun
+
+
+def test_stopped_while_it_starts_it_serves_nobody(monkeypatch, capsys):
+    ended = []
+
+    class Started:
+        def stop(self):
+            ended.append(1)
+
+    def start(_options):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.05)
+        return Started()
+
+    monkeypatch.setattr(command, "start", start)
+    monkeypatch.setattr(command.run, "_last_stop", signal.SIGINT)
+    assert command.main(["--no-browser"]) == 143
+    assert ended == [1]
+    assert capsys.readouterr() == ("", "")
 
 
 def test_without_a_port_the_next_free_one_is_taken(monkeypatch, taken):

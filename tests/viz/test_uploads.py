@@ -1,5 +1,6 @@
 """Files that take long: read apart from all pages, and given up in time."""
 
+import signal
 import subprocess
 import sys
 import threading
@@ -16,6 +17,7 @@ import kneecore
 from kneecore import NAMES, FileFormatError, KneeFile, asset_path
 from kneeviz.jobs import uploads
 from kneeviz.jobs.uploads import Uploads, parse_apart
+from kneeviz.server.app import App
 
 ACL_Y = NAMES.index("acl_femur_y")
 KNEE = asset_path("baseline.toml").read_bytes()
@@ -102,6 +104,29 @@ def test_a_file_without_a_name_is_one_line_or_a_knee(page, visitor):
     visitor.wait(lambda c: "Packaged" in c.props[status]["content"], 20)
 
 
+def test_who_parses_ends_with_the_server(slow):
+    app = App(port=0)
+    try:
+        posted = []
+        reader = Uploads(lambda key, value: posted.append((key, value)))
+        assert reader.read("slow.toml", KNEE, 1)
+        eventually(lambda: slow)
+    finally:
+        app.stop()
+    eventually(lambda: slow[0].poll() is not None, 1)
+
+
+@pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no alarm")
+def test_who_parses_ends_though_the_server_was_killed():
+    program = f"from kneeviz.jobs import uploads\nuploads.DEADLINE = 0.1\n{SLOW}"
+    with subprocess.Popen([sys.executable, "-c", program, "x"], stdin=subprocess.PIPE) as process:
+        try:
+            process.stdin.close()
+            assert process.wait(20) == -signal.SIGALRM
+        finally:
+            process.kill()
+
+
 class TestReader:
     @pytest.fixture
     def reader(self):
@@ -151,6 +176,21 @@ class TestReader:
         turns["first"].set()
         time.sleep(0.1)
         assert [(key, value.loaded) for key, value in posted] == [(("uploaded", 1), "second")]
+
+    def test_what_nobody_waits_for_is_not_read(self, reader, monkeypatch):
+        running, _ = reader
+        go, read = threading.Event(), []
+        monkeypatch.setattr(
+            uploads, "parse_apart", lambda name, _: read.append(name) or go.wait(20)
+        )
+        for client in range(uploads.AT_ONCE):
+            assert running.read("first", b"", client)
+        eventually(lambda: len(read) == uploads.AT_ONCE, 5)
+        assert running.read("late", b"", 99)
+        running.stop()
+        go.set()
+        time.sleep(0.1)
+        assert "late" not in read
 
     def test_whoever_has_left_is_told_nothing(self, reader, monkeypatch):
         running, posted = reader
