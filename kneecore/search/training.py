@@ -71,14 +71,14 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         raise Cancelled
     start = time.perf_counter()
     points = uniform(n, n_dimensions, settings.seed)
-    values = model(points)
+    values = model(points, lambda done: report(Progress(stage="sampling", done=done, total=n)))
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
     if np.count_nonzero(good) < n_dimensions + 1:
         raise ModelError(
             f"{np.count_nonzero(~good)} of {n} training samples failed; the surrogate needs "
-            f"{n_dimensions + 1} that did not"
+            f"{n_dimensions + 1} that did not{model.model.told_failure}"
         )
     if report(Progress(stage="fit", done=0, total=1)):
         raise Cancelled

@@ -9,7 +9,7 @@ import viser
 
 import kneecore
 from kneecore import KneeFile, SearchResult
-from kneeviz import viser_internals
+from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions.result import take_result
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
@@ -69,6 +69,8 @@ class App:
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
+        viser_broadcast.install()
+        viser_internals.know_array_types()
         # viser's banner is not shown: we print our own line.
         with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)

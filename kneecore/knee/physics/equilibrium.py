@@ -97,6 +97,8 @@ def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray
     extension, flexion = lost[0::2], lost[1::2]
     first_lost = np.fmin(extension, -flexion)
     lost_at = np.where(extension == first_lost, first_lost, -first_lost)
+    # A NaN's sign depends on how NumPy takes the minimum of so many; one NaN for all.
+    lost_at[np.isnan(lost_at)] = np.nan
     poses = poses.reshape(n_models, 2 * len(MOMENTS), 3)
     poses[~np.isnan(lost_at)] = np.nan
     return poses, lost_at
