@@ -214,6 +214,10 @@ def test_forces_change_roles_in_flexion(report):
     tight, slack = {"tension": 2.0 * tension}, {"tension": 0.5 * tension}
     good, bad = curves(report, tight, slack), curves(report, slack, tight)
     assert outcomes(report, "flexion_forces_reversed", good, bad) == BOTH_WAYS
+    half = curves(report, tight, tight)
+    assert (
+        verdict(experiments(report, half), "flexion_forces_reversed").values.tolist() == [1.0] * 4
+    )
     # Only in flexion: what happens in extension does not count.
     side = np.where(MOMENT > 0.0, 0.5, 2.0)[:, None]
     good = curves(report, {"tension": side * tension}, {"tension": tension / side})
