@@ -167,7 +167,7 @@ def _times(report: PaperReport) -> list[Block]:
             "Ours are the optimisation, or the sampling, alone: the median of the searches, "
             "compilation excluded. The whole run took "
             f"{report.seconds:.1f} s, compilation included. Machines and programs differ: "
-            "the times are set side by side, not judged."
+            "seconds are set side by side, not judged."
         ),
     ]
 

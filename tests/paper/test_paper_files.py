@@ -117,6 +117,15 @@ def test_a_report_by_another_list_says_so(report):
         assert f"{told} {len(CLAIMS)}" in " ".join(text.split())
 
 
+@pytest.mark.parametrize("outcome", ["differs", "indifferent", "cannot be compared"])
+def test_an_outcome_follows_from_its_values(report, outcome):
+    document = report.to_dict()
+    claim = next(c for c in document["claims"] if c["outcome"] == "agrees")
+    claim["outcome"] = outcome
+    with pytest.raises(FileFormatError, match="follows from `ours`"):
+        PaperReport.from_json(json.dumps(document))
+
+
 def test_a_notebook_shows_the_table(report):
     shown = report._repr_html_()
     assert shown.startswith("<pre")
