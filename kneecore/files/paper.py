@@ -49,7 +49,8 @@ def _verdict_table(verdict: Verdict) -> dict[str, Any]:
     return {
         "id": claim.id,
         "section": claim.section,
-        "figure": claim.figure,
+        # Earlier files name no figure; what they lack is not made up.
+        **({"figure": claim.figure} if claim.figure else {}),
         "statement": claim.statement,
         "paper": claim.paper,
         "rule": claim.rule,
