@@ -60,6 +60,8 @@ from .search.training import fit_surrogate as fit_surrogate
 from .search.warm_up import warm_up as warm_up
 from .search.worst_case import worst_case as worst_case
 from .shape import Shape as Shape
+from .study.accuracy_allocation import AccuracyAllocation as AccuracyAllocation
+from .study.accuracy_allocation import accuracy_allocation as accuracy_allocation
 from .study.bound_sweep import BoundSweep as BoundSweep
 from .study.bound_sweep import bound_sweep as bound_sweep
 from .study.comparison import Comparison as Comparison
@@ -73,6 +75,7 @@ from .study.monte_carlo import Spread as Spread
 from .study.monte_carlo import monte_carlo as monte_carlo
 from .study.needed_accuracy import NeededAccuracy as NeededAccuracy
 from .study.needed_accuracy import needed_accuracy as needed_accuracy
+from .study.settings import AccuracyAllocationSettings as AccuracyAllocationSettings
 from .study.settings import BoundSweepSettings as BoundSweepSettings
 from .study.settings import InfluenceSettings as InfluenceSettings
 from .study.settings import NeededAccuracySettings as NeededAccuracySettings

@@ -1,6 +1,6 @@
 """The box of a model's inputs: bounds, and the unit cube of those that vary."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,14 +32,14 @@ class Box:
         self.inputs: tuple[Input, ...] = all_of(Input, "inputs", inputs)
         self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
         self._lay_bounds()
-        self.free = self.upper > self.lower
-        self.free.setflags(write=False)
-        if not self.free.any():
-            raise ParameterError("all bounds have zero width; at least one above 0 is needed")
 
     def _lay_bounds(self) -> None:
         self.lower = _held([i.lower for i in self.inputs])
         self.upper = _held([i.upper for i in self.inputs])
+        self.free = self.upper > self.lower
+        self.free.setflags(write=False)
+        if not self.free.any():
+            raise ParameterError("all bounds have zero width; at least one above 0 is needed")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -55,6 +55,18 @@ class Box:
     def n_free(self) -> int:
         """Number of inputs that vary."""
         return int(np.count_nonzero(self.free))
+
+    @property
+    def measurements(self) -> Mapping[str, str]:
+        """Which measurement tells each input, by name: it knows all its inputs equally well."""
+        return {i.name: i.measurement or i.name for i in self.inputs}
+
+    def stated_tolerance(self, name: str) -> tuple[float, str]:
+        """Return how far an input may be from the middle of its bounds, and the unit of that."""
+        one = self.inputs[self.names.index(name)]
+        if one.tolerance_percent is not None:
+            return one.tolerance_percent, "%"
+        return one.shown(0.5 * (one.upper - one.lower)), one.label
 
     def from_free_unit(self, u: ArrayLike) -> FloatArray:
         """Map points of the free inputs' unit cube, shape (..., n_free), to inputs, (..., d)."""
@@ -98,6 +110,17 @@ class Box:
         values = numbers(argument, x, allowed)
         if np.ma.isMaskedArray(x) or values.ndim == 0 or values.shape[-1] != len(self.inputs):
             raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
+        return values
+
+    def _factors(self, factors: ArrayLike) -> FloatArray:
+        """Return a factor for each input, checked."""
+        n = len(self.inputs)
+        values = numbers("factors", factors)
+        if values.shape != (n,) or not (np.isfinite(values) & (values >= 0.0)).all():
+            raise ParameterError(
+                f"`factors` has shape {values.shape}; ({n},) finite numbers of at least 0 are "
+                "allowed"
+            )
         return values
 
 

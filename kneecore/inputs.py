@@ -60,6 +60,9 @@ class Input:
     """Unit for tables and axes, where it is another."""
     shown_scale: float = field(default=1.0, kw_only=True)
     """One `shown_unit` in `unit`s."""
+    measurement: str | None = field(default=None, kw_only=True)
+    """What it is measured with, by name, together with others of the same; by itself if not
+    given. `accuracy_allocation` tells how good each measurement must be."""
 
     def __post_init__(self) -> None:
         _named("Input", self.name)
@@ -69,6 +72,10 @@ class Input:
                 object.__setattr__(self, name, number(f"{name} of {self.name}", value))
         for name in ("unit", *(("shown_unit",) if self.shown_unit is not None else ())):
             one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
+        if self.measurement is not None:
+            name = f"measurement of {self.name}"
+            if not one_line(name, self.measurement, _LONGEST):
+                raise ParameterError(f"`{name}` is {shown(self.measurement)}; a text is needed")
         if number(f"shown_scale of {self.name}", self.shown_scale) <= 0.0:
             raise ParameterError(
                 f"`shown_scale of {self.name}` is {self.shown_scale:g}; above 0 is allowed"

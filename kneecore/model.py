@@ -329,6 +329,22 @@ class Model(Runner):
             model.proxy = self.proxy.with_size(size)
         return model
 
+    def with_widths(self, factors: ArrayLike) -> Self:
+        """Return the model with each input's bounds `factors` times as wide, (d,).
+
+        Raises
+        ------
+        ParameterError
+            If they are not d numbers of at least 0, or leave no input to vary.
+        """
+        shares = self._factors(factors).tolist()
+        model = self._copy()
+        model.inputs = tuple(i.widened(f) for i, f in zip(self.inputs, shares, strict=True))
+        model._lay_bounds()
+        if self.proxy is not None:
+            model.proxy = self.proxy.with_widths(factors)
+        return model
+
     # What it can do.
 
     @property

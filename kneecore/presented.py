@@ -65,6 +65,11 @@ _PLACES: dict[str, tuple[str, str, str]] = {
         "files.needed_accuracy",
         "figures.needed_accuracy",
     ),
+    "AccuracyAllocation": (
+        "report.accuracy_allocation",
+        "files.accuracy_allocation",
+        "figures.accuracy_allocation",
+    ),
     "TrainingSweep": ("report.training_sweep", "files.training_sweep", "figures.training_sweep"),
     "SurrogateQuality": (
         "report.surrogate_quality",

@@ -1,4 +1,4 @@
-"""``python -m kneecore.sweep``: how many training runs, and how accurate a geometry."""
+"""``python -m kneecore.sweep``: how many training runs, how accurate a geometry, at what cost."""
 
 from kneecore.cli.sweep import main
 

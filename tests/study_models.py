@@ -117,3 +117,27 @@ class Filter(Model):
         reactance = omega * inductance - 1.0 / (omega * capacity)
         gain = 20.0 * np.log10(resistance / np.hypot(resistance, reactance))
         return np.hstack([gain, np.sqrt(inductance / capacity) / resistance])
+
+
+LEVERS = np.array([8.0, 4.0, 2.0, 1.0, 0.01])
+
+
+class Levers(Model):
+    """A sum of inputs with known gradient; the first two are measured at once."""
+
+    def __init__(self, **options):
+        super().__init__(
+            lambda x: x @ LEVERS[:, None],
+            [
+                Input("a", nominal=10.0, half_range=2.0, unit="mm", measurement="ends"),
+                Input("b", nominal=-3.0, half_range=2.0, unit="mm", measurement="ends"),
+                Input("c", nominal=50.0, tolerance_percent=10.0, unit="N", measurement="force"),
+                Input("d", lower=-4.0, upper=4.0, unit="deg", measurement="slope"),
+                Input("e", nominal=1.0, half_range=1.0, unit="deg", measurement="offset"),
+            ],
+            [Output("sum", unit="mm")],
+            batched=True,
+            gradient=lambda x: np.broadcast_to(LEVERS, (len(x), 1, 5)),
+            name="levers",
+            **options,
+        )

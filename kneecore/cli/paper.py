@@ -50,15 +50,20 @@ class Options:
 def _redo(
     options: Options, keeping: Keeping, stop: threading.Event, show: "Callback"
 ) -> "PaperReport":
+    from kneecore.cli.budget import tell_budget
     from kneecore.files.paper import FORMAT
     from kneecore.knee.model import Knee
     from kneecore.knee.space import ParameterSpace
+    from kneecore.paper.budget import paper_budgets
     from kneecore.paper.redo import redo_paper
 
     space = None if options.baseline is None else ParameterSpace.from_file(options.baseline)
+    knee = Knee(space, threads=options.threads)
+    budgets = paper_budgets(knee, quick=options.quick, seed=options.seed)
+    tell_budget(COMMAND, knee, *budgets, quiet=options.quiet or options.json)
     with keeping.opened(FORMAT.file):
         return redo_paper(
-            Knee(space, threads=options.threads),
+            knee,
             quick=options.quick,
             seed=options.seed,
             callback=lambda progress: show(progress) or stop.is_set(),

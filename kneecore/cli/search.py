@@ -56,7 +56,12 @@ def _checked(options: _Options) -> tuple["Model", SearchSettings]:
             "`check_step` is True; it is the knee's, and with `model` there is none"
         )
     settings = settings_from(SearchSettings, options).of(model)
-    tell_budget(COMMAND, model, search_budget(settings, model), quiet=options.quiet or options.json)
+    budgets = [search_budget(settings, model)]
+    if options.compare:
+        from kneecore.search.compare import comparison_budgets
+
+        budgets += comparison_budgets(model, settings)
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
     return model, settings
 
 

@@ -1,4 +1,4 @@
-"""`python -m kneecore.sweep`: what training runs and accuracy buy, from a terminal."""
+"""`python -m kneecore.sweep`: what training runs and accuracy buy, and what accuracy costs."""
 
 import threading
 from collections.abc import Sequence
@@ -14,6 +14,7 @@ from kneecore.cli.knee_options import OutputOptions
 from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import (
+    AccuracyAllocationSettings,
     BoundSweepSettings,
     NeededAccuracySettings,
     TrainingSweepSettings,
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from kneecore.files.bound_study import BoundStudy
     from kneecore.model import Model
     from kneecore.progress import Callback
+    from kneecore.study.accuracy_allocation import AccuracyAllocation
     from kneecore.study.training_sweep import TrainingSweep
 
 COMMAND = "python -m kneecore.sweep"
@@ -49,8 +51,21 @@ class _Bound(OutputOptions, ModelOptions):
     """
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Accuracy(OutputOptions, ModelOptions):
+    """Tell which measurement, of the knee or of a model of your own, must be how good.
+
+    Finds tolerances with which every knee still extends far enough: one for all, and those that
+    cost least. A measurement (an attachment, the circle's centre, a stiffness ...) costs its cost
+    times stated bound / tolerance; none is made wider than stated. The packaged baseline is a
+    reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose parameter table is not available.
+    """
+
+
 Training = with_flags(_Training, TrainingSweepSettings)
 Bound = with_flags(with_flags(_Bound, NeededAccuracySettings), BoundSweepSettings)
+Accuracy = with_flags(_Accuracy, AccuracyAllocationSettings)
+_Options = _Training | _Bound | _Accuracy
 
 
 def _sweep_training(
@@ -73,33 +88,51 @@ def _sweep_training(
 def _sweep_bounds(options: _Bound, model: "Model", callback: "Callback") -> "BoundStudy | None":
     from dataclasses import replace
 
+    from kneecore.cli.budget import tell_budget
     from kneecore.files.bound_study import BoundStudy
     from kneecore.progress import Cancelled
     from kneecore.study.bound_sweep import bound_sweep
+    from kneecore.study.budget import study_budget
     from kneecore.study.needed_accuracy import needed_accuracy
 
     settings = settings_from(BoundSweepSettings, options)
     asked = settings_from(NeededAccuracySettings, options)
     if asked.largest is None:
         asked = replace(asked, largest=max(*model.sizes, *(settings.sizes or ())))
+    # Nobody has said of a model of one's own what is good enough, unless asked with --within.
+    is_told = asked.within is not None or model.goal is not None
+    budgets = [study_budget(one, model) for one in (settings, *([asked] if is_told else []))]
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
     study = None
     try:
         study = BoundStudy(sweep=bound_sweep(model, settings, callback=callback))
-        # Nobody has said of a model of one's own what is good enough, unless asked with --within.
-        if asked.within is not None or model.goal is not None:
+        if is_told:
             study.need = needed_accuracy(model, asked, callback=callback)
     except Cancelled:
         pass
     return study
 
 
-def _file(options: _Training | _Bound) -> str:
+def _allocate(
+    options: _Accuracy, model: "Model", callback: "Callback"
+) -> "AccuracyAllocation | None":
+    from kneecore.progress import Cancelled
+    from kneecore.study.accuracy_allocation import accuracy_allocation
+
+    settings = settings_from(AccuracyAllocationSettings, options)
+    try:
+        return accuracy_allocation(model, settings, callback=callback)
+    except Cancelled:
+        return None
+
+
+def _file(options: _Options) -> str:
+    if isinstance(options, _Accuracy):
+        return "accuracy_allocation.json"
     return "training_sweep.json" if isinstance(options, _Training) else "bound_sweep.json"
 
 
-def _sweep(
-    options: _Training | _Bound, keeping: Keeping, stop: threading.Event, show: "Callback"
-) -> Any:
+def _sweep(options: _Options, keeping: Keeping, stop: threading.Event, show: "Callback") -> Any:
     """Return what has been computed, or None."""
     model = options.subject()
 
@@ -109,10 +142,12 @@ def _sweep(
     with keeping.opened(_file(options)):
         if isinstance(options, _Training):
             return _sweep_training(options, model, callback)
+        if isinstance(options, _Accuracy):
+            return _allocate(options, model, callback)
         return _sweep_bounds(options, model, callback)
 
 
-def _save(options: _Training | _Bound, done: Any) -> bool:
+def _save(options: _Options, done: Any) -> bool:
     """Write the files that were asked for; return whether Ctrl-C was pressed meanwhile."""
     if options.out is None or done is None:
         return False
@@ -128,25 +163,28 @@ def _save(options: _Training | _Bound, done: Any) -> bool:
     return stop.is_set()
 
 
-def _told(options: _Training | _Bound, done: Any) -> str:
+def _told(options: _Options, done: Any) -> str:
     from kneecore.files.folder import to_json
 
     return to_json(done.to_dict()).rstrip("\n") if options.json else str(done)
 
 
-def _options(arguments: Sequence[str] | None) -> _Training | _Bound:
+def _options(arguments: Sequence[str] | None) -> _Options:
     chosen: Any = (
         Annotated[Training, tyro.conf.subcommand("training")]
         | Annotated[Bound, tyro.conf.subcommand("bound")]
+        | Annotated[Accuracy, tyro.conf.subcommand("accuracy")]
     )
-    options: _Training | _Bound = run.parse(chosen, arguments, COMMAND)
+    options: _Options = run.parse(chosen, arguments, COMMAND)
     return options
 
 
-def _names(options: _Training | _Bound) -> dict[str, str]:
+def _names(options: _Options) -> dict[str, str]:
     kinds: tuple[type[Any], ...] = (BoundSweepSettings, NeededAccuracySettings)
     if isinstance(options, _Training):
         kinds = (TrainingSweepSettings,)
+    if isinstance(options, _Accuracy):
+        kinds = (AccuracyAllocationSettings,)
     return flag_names(*kinds) | {"folder": "--out"}
 
 
@@ -157,7 +195,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _run(options, keeping)
 
 
-def _run(options: _Training | _Bound, keeping: Keeping) -> int:
+def _run(options: _Options, keeping: Keeping) -> int:
     from kneecore.cli.progress import ProgressDisplay
 
     try:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,18 @@ from numpy.typing import ArrayLike
 from kneecore._arguments import shown
 from kneecore._version import versions
 from kneecore.errors import FileFormatError
+from kneecore.numbers import DIGITS
 
 __all__ = ["check_equal", "check_finite_or_not", "check_holds", "check_plain", "check_same"]
 
 ROUNDING = 1e-8
+"""Share of a number's own size by which what is derived from others may differ."""
+_LOST = 100.0
 """Knees' numbers have ten decimals; what is derived from several has lost two."""
 _WORDS = frozenset({"summary", "answer", "command", "description"})
 """Another version may have other words for the same numbers."""
-_NOT_READ = frozenset({"digest", "title", "flexion_at_rest_deg"})
-"""What a file has beside its result; a baseline's title is read and compared further down."""
+_BESIDE = {"kneecore.response/1": frozenset({"title", "flexion_at_rest_deg"})}
+"""What a file has beside its result, by its schema."""
 
 
 def _is_number(value: Any) -> bool:
@@ -57,33 +61,50 @@ def check_same(document: dict[str, Any], again: dict[str, Any]) -> None:
     for the same numbers, are allowed to files of other versions.
     """
     written_by = document.get("versions", {}).get("kneecore")
-    ours = written_by in (None, versions()["kneecore"])
-    _compare(document, again, "", ours=ours)
+    beside = _BESIDE.get(str(document.get("schema")), frozenset()) | {"digest"}
+    said = {key: value for key, value in document.items() if key not in beside}
+    _Comparison(
+        ours=written_by in (None, versions()["kneecore"]),
+        least=0.0 if "model" in document else _LOST * 10.0**-DIGITS,
+    )(said, again, "")
 
 
-def _compare(said: Any, follows: Any, where: str, *, ours: bool) -> None:
-    if isinstance(said, dict) and isinstance(follows, dict):
+@dataclass(frozen=True, kw_only=True)
+class _Comparison:
+    """Holds what a file says against what follows from it."""
+
+    ours: bool
+    """Whether the file is of this version."""
+    least: float
+    """What the digits of the file leave open; other models' numbers have all of theirs."""
+
+    def __call__(self, said: Any, follows: Any, where: str) -> None:
+        if isinstance(said, dict) and isinstance(follows, dict):
+            self._tables(said, follows, where)
+        elif isinstance(said, list | tuple) and isinstance(follows, list | tuple):
+            if len(said) != len(follows):
+                raise FileFormatError(
+                    f"`{where}` has {len(said)} entries; {len(follows)} follow from the rest"
+                )
+            for i, (one, other) in enumerate(zip(said, follows, strict=True)):
+                self(one, other, f"{where}[{i}]")
+        elif _is_number(said) and _is_number(follows):
+            least = max(self.least, ROUNDING if where.endswith("_percent") else 0.0)
+            if not math.isclose(said, follows, rel_tol=ROUNDING, abs_tol=least):
+                raise _disagree(where, said, follows)
+        elif type(said) is not type(follows) or said != follows:
+            raise _disagree(where, said, follows)
+
+    def _tables(self, said: dict[str, Any], follows: dict[str, Any], where: str) -> None:
         if "[" in where and (left := [key for key in follows if key not in said]):
             raise FileFormatError(f"`{where}` lacks {shown(left[0])}, which follows from the rest")
         for key, value in said.items():
             place = f"{where}.{key}" if where else str(key)
-            if key in follows and (ours or key not in _WORDS):
-                if where or key not in _NOT_READ:
-                    _compare(value, follows[key], place, ours=ours)
-            elif key not in follows and ours and (where or key not in _NOT_READ):
-                raise FileFormatError(f"the key {shown(place)} is none of such a result's")
-    elif isinstance(said, list | tuple) and isinstance(follows, list | tuple):
-        if len(said) != len(follows):
-            raise FileFormatError(
-                f"`{where}` has {len(said)} entries; {len(follows)} follow from the rest"
-            )
-        for i, (one, other) in enumerate(zip(said, follows, strict=True)):
-            _compare(one, other, f"{where}[{i}]", ours=ours)
-    elif _is_number(said) and _is_number(follows):
-        if not math.isclose(said, follows, rel_tol=ROUNDING, abs_tol=ROUNDING):
-            raise _disagree(where, said, follows)
-    elif type(said) is not type(follows) or said != follows:
-        raise _disagree(where, said, follows)
+            if key not in follows:
+                if self.ours:
+                    raise FileFormatError(f"the key {shown(place)} is none of such a result's")
+            elif self.ours or key not in _WORDS:
+                self(value, follows[key], place)
 
 
 def _disagree(where: str, said: Any, follows: Any) -> FileFormatError:
@@ -91,15 +112,40 @@ def _disagree(where: str, said: Any, follows: Any) -> FileFormatError:
 
 
 def check_equal(
-    where: str, said: ArrayLike | None, follows: ArrayLike | None, rounding: float = ROUNDING
+    where: str,
+    said: ArrayLike | None,
+    follows: ArrayLike | None,
+    *,
+    digits: int | None = None,
+    size: ArrayLike = 0.0,
+    rounding: float = ROUNDING,
 ) -> None:
-    """Raise a `FileFormatError` if numbers differ beyond rounding; None and NaN are unknown."""
-    one, other = np.broadcast_arrays(
-        *(np.asarray(math.nan if v is None else v, dtype=np.float64) for v in (said, follows))
+    """Raise a `FileFormatError` if numbers differ beyond rounding; None and NaN are unknown.
+
+    Parameters
+    ----------
+    where : str
+        Names the number.
+    said, follows : array_like or None
+        What the file says, and what follows from the rest of it.
+    digits : int, optional
+        Decimals that the file's numbers have; all of them for None.
+    size : array_like
+        Of the terms that `follows` is the difference of: it has their rounding.
+    rounding : float
+        Share of the numbers, or of `size`, by which they may differ.
+    """
+    one, other, terms = np.broadcast_arrays(
+        *(np.asarray(math.nan if v is None else v, dtype=np.float64) for v in (said, follows)),
+        np.nan_to_num(np.abs(size)),
     )
-    differ = ~np.isclose(one, other, rtol=rounding, atol=rounding, equal_nan=True)
-    if differ.any():
-        first = int(np.argmax(differ.ravel()))
+    least = 0.0 if digits is None else _LOST * 10.0**-digits
+    with np.errstate(invalid="ignore", over="ignore"):
+        allowed = rounding * np.maximum(np.maximum(np.abs(one), np.abs(other)), terms) + least
+        same = (one == other) | (np.isnan(one) & np.isnan(other))
+        same |= np.isfinite(allowed) & (np.abs(one - other) <= allowed)
+    if not same.all():
+        first = int(np.argmin(same.ravel()))
         shown_ones = (
             None if math.isnan(v.flat[first]) else float(v.flat[first]) for v in (one, other)
         )

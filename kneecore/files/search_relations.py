@@ -1,26 +1,29 @@
-"""What must agree in a search's result: its value, its gap, its bounds, its history."""
-
-import math
+"""What must agree in a search's result: its value, its gap, its bounds, its samples, its counts."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore.errors import FileFormatError
+from kneecore.errors import FileFormatError, KneecoreError
 from kneecore.files.consistent import check_equal, check_finite_or_not, check_holds
+from kneecore.files.knee_relations import check_responses
+from kneecore.files.model import digits_of
+from kneecore.files.run_relations import check_evidence, check_repair, check_runs
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import ALL_NAMES
-from kneecore.knee.response import Response
 from kneecore.model import Model
+from kneecore.numerics.surrogate import Surrogate
 from kneecore.search.problem import pair_value
-from kneecore.search.result import Evidence, Repair, SearchResult, gap_percent
+from kneecore.search.result import SearchResult, gap_percent
 
-__all__ = ["check_response", "check_search", "check_within"]
+__all__ = ["check_search", "check_within"]
 
 FloatArray = NDArray[np.float64]
 
-_SINGLE = 1e-4
-"""The surrogate's search has single precision."""
-_FIELDS = ("flexion", "tension", "contact_force", "indentation", "ap_position", "tibia_position")
+_PER_CENT = 100.0
+_FITTED = 1e-8
+"""Share of the samples' range by which another machine's fit may differ."""
+_MOST_SAMPLES = 300
+"""Samples up to which a surrogate is fitted again: some milliseconds."""
 
 
 def check_within(where: str, model: Model, x: FloatArray) -> None:
@@ -40,33 +43,16 @@ def check_within(where: str, model: Model, x: FloatArray) -> None:
         )
 
 
-def check_response(response: Response, name: str = "") -> None:
-    """Raise a `FileFormatError` if a knee's numbers do not fit its status."""
-    place = f".{name}" if name else ""
-    known = response.refinements >= 0
-    for field in _FIELDS:
-        values = np.isfinite(getattr(response, field))
-        if known and math.isnan(response.lost_at) and not values.all():
-            raise FileFormatError(
-                f"`{field}{place}` lacks numbers, and `status{place}` is {response.status!r}"
-            )
-        if not known and values.any():
-            raise FileFormatError(f"`{field}{place}` has numbers, and `status{place}` is 'failed'")
-
-
 def check_search(result: SearchResult) -> None:
     """Raise a `FileFormatError` if a search's result contradicts itself."""
-    model = result.model
-    check_within("parameters", model, result.x)
-    for name, response in result.responses.items():
-        if isinstance(model, Knee):
-            check_response(response, name)
+    check_within("parameters", result.model, result.x)
+    check_responses(result)
     _check_values(result)
     _check_training(result)
-    _check_history(result)
+    check_runs(result)
     _check_counts(result)
-    _check_evidence(result.evidence)
-    _check_repair(result.repair)
+    check_evidence(result)
+    check_repair(result)
     for trace in result.methods:
         where = f"comparison.methods.{trace.method}"
         check_holds(where, np.diff(trace.n_models) >= 0, "`models` never fall")
@@ -80,18 +66,24 @@ def check_search(result: SearchResult) -> None:
 
 def _check_values(result: SearchResult) -> None:
     weights = result.model.weights(result.settings.objective, result.settings.weights)
-    check_equal("objective_model", result.objective_model, pair_value(result.y, weights))
-    promised = result.objective_surrogate
+    digits = digits_of(result.model)
+
+    def check_f(where: str, said: float | None, y: FloatArray) -> None:
+        size = (np.abs(y).sum(axis=0) * weights).sum()
+        check_equal(where, said, pair_value(y, weights), digits=digits, size=size)
+
+    check_f("objective_model", result.objective_model, result.y)
+    promised, predicted = result.objective_surrogate, result.y_surrogate
     check_holds(
         "objective_surrogate",
-        (promised is None) == (result.y_surrogate is None),
+        (promised is None) == (predicted is None),
         "it is known where the surrogate's outputs are",
     )
-    if result.y_surrogate is not None and promised is not None:
-        f = pair_value(result.y_surrogate, weights)
-        if result.repair is None:
-            check_equal("objective_surrogate", promised, f)
-    check_equal("gap_percent", result.gap_percent, gap_percent(promised, result.objective_model))
+    if predicted is not None and (result.repair is None or not np.allclose(predicted, result.y)):
+        # A repaired surrogate that was no longer searched knows the pair itself.
+        check_f("objective_surrogate", promised, predicted)
+    gap = gap_percent(promised, result.objective_model)
+    check_equal("gap_percent", result.gap_percent, gap, digits=digits, size=_PER_CENT)
 
 
 def _check_training(result: SearchResult) -> None:
@@ -99,22 +91,39 @@ def _check_training(result: SearchResult) -> None:
     if x is None or y is None:
         return
     check_holds("training", len(x) == len(y), "`parameters` and outputs have the same length")
+    n = result.settings.training_samples + (result.repair.n_models if result.repair else 0)
+    check_holds("training", len(x) == n, "as many samples as were asked for, and those added")
     check_within("training.parameters", result.model, x)
     check_finite_or_not("training", y)
     check_holds("training.loo_rms", result.loo_rms is None or result.loo_rms >= 0.0, "0 or above")
+    known = np.isfinite(y).all(axis=1)
+    if np.count_nonzero(known) <= _MOST_SAMPLES:
+        _check_fit(result, result.model.to_free_unit(x)[known], y[known])
 
 
-def _check_history(result: SearchResult) -> None:
-    values, history = np.array(result.run_values), result.history
-    if result.settings.method == "ga" and result.repair is None and len(values):
-        f = result.objective_surrogate
-        f = result.objective_model if f is None else f
-        if f is not None:
-            check_equal("search.run_values", values.max(), f, _SINGLE)
-        if len(history):
-            check_equal("search.history", history[-1], values.max(), _SINGLE)
-            rises = np.diff(history) >= -_SINGLE * np.abs(history[1:])
-            check_holds("search.history", rises, "it never falls")
+def _check_fit(result: SearchResult, u: FloatArray, y: FloatArray) -> None:
+    """Fit the surrogate again; what it says then is what it has said, up to its rounding."""
+    try:
+        surrogate = Surrogate.fit(u, y)
+    except KneecoreError as error:
+        raise FileFormatError(f"`training` gives no surrogate: {error}") from None
+    size = float(np.ptp(y)) if len(y) else 0.0
+    errors = surrogate.loo_errors
+    loo = float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
+    check_equal("training.loo_rms", result.loo_rms, loo, size=size, rounding=_FITTED)
+    if result.repair is None and result.y_surrogate is not None:
+        told = _predicted(surrogate, result.model.to_free_unit(result.x))
+        check_equal("predicted", result.y_surrogate, told, size=size, rounding=_FITTED)
+
+
+def _predicted(surrogate: Surrogate, u: FloatArray) -> FloatArray:
+    """Return what a surrogate says of few points, shape (n, d) -> (n, m), without its kernels."""
+    d, m = surrogate.n_dimensions, surrogate.n_values
+    centres = surrogate.centres[: len(surrogate.points), :d]
+    q = ((u[:, None] - centres) ** 2).sum(axis=2)
+    curved = (q * np.log(np.where(q > 0.0, q, 1.0))) @ surrogate.weights[:m, : len(centres)].T
+    predicted: FloatArray = curved + u @ surrogate.tail[:m, :d].T + surrogate.constant[:m]
+    return predicted
 
 
 def _check_counts(result: SearchResult) -> None:
@@ -123,28 +132,32 @@ def _check_counts(result: SearchResult) -> None:
         count = result.counts.get(f"models_{name}", 0)
         check_holds(f"counts.models_{name}", count <= runs, "at most the models simulated")
     check_holds("threads", result.threads >= 1, "at least 1")
+    _check_failed(result)
+    wanted = _models_of(result)
+    if wanted is not None:
+        wanted += 0 if result.responses else 1  # the nominal inputs
+        check_holds("counts.models_simulated", runs == wanted, f"{wanted} follows from the search")
 
 
-def _check_evidence(evidence: Evidence | None) -> None:
-    if evidence is None:
+def _failed(y: FloatArray) -> int:
+    return int(np.count_nonzero(~np.isfinite(y).all(axis=1)))
+
+
+def _check_failed(result: SearchResult) -> None:
+    """Check the failed models of a search in a surrogate: all that were run are in the file."""
+    if result.training_y is None or "failed" not in result.model.count_names:
         return
-    check_holds("evidence.share_reached", 0.0 <= evidence.share_reached <= 1.0, "0 to 1")
-    check_holds(
-        "evidence.models_lost",
-        evidence.n_failed <= evidence.n_evaluations,
-        "at most the models with a gradient",
-    )
-    signs = [set(signs) <= {-1, 0, 1} for signs, _ in evidence.patterns]
-    check_holds("evidence.patterns", signs, "signs are -1, 0 or 1")
+    failed = _failed(result.training_y) + (0 if result.repair else _failed(result.y))
+    failed += 0 if result.responses else _failed(result.y_nominal[None])
+    fits = result.counts.get("models_failed", 0) == failed
+    check_holds("counts.models_failed", fits, f"{failed} follows from the samples and the pair")
 
 
-def _check_repair(repair: Repair | None) -> None:
-    if repair is None:
-        return
-    most = "at most the models that were added"
-    check_holds("repair.models_failed", repair.n_failed <= repair.n_models, most)
-    check_holds("repair.models_added", repair.n_models <= repair.max_models, "at most max_models")
-    for one in repair.rounds:
-        check_holds("repair.rounds", one.n_models <= repair.n_models, most)
-        follows = gap_percent(one.objective_surrogate, one.objective_model)
-        check_equal("repair.rounds.gap_percent", one.gap_percent, follows)
+def _models_of(result: SearchResult) -> int | None:
+    """Return how many models a search has run, as far as the result tells."""
+    evidence, pairs = result.evidence, result.counts.get("pairs_evaluated", 0)
+    if result.training_x is not None:
+        return len(result.training_x) + (0 if result.repair else 2)
+    if result.settings.method == "ga":
+        return 2 * pairs + 2
+    return None if evidence is None else evidence.n_evaluations + evidence.n_models

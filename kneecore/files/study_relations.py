@@ -5,22 +5,38 @@ from typing import Any
 import numpy as np
 
 from kneecore.errors import FileFormatError
+from kneecore.files.bound_study import BoundStudy
 from kneecore.files.consistent import check_equal, check_holds
-from kneecore.files.search_relations import check_response, check_search, check_within
+from kneecore.files.knee_relations import check_status
+from kneecore.files.model import digits_of
+from kneecore.files.search_relations import check_search, check_within
+from kneecore.files.study import Study
+from kneecore.knee.model import Knee
+from kneecore.numerics.sampling import n_drawn
 from kneecore.numerics.sampling_options import check_count
 from kneecore.paper.finding import Finding
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import judge
+from kneecore.study.accuracy_allocation import AccuracyAllocation, members_of, stated_tolerances
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.comparison import Comparison
 from kneecore.study.influence import InfluenceResult
 from kneecore.study.landscape import Landscape
 from kneecore.study.monte_carlo import MonteCarloResult, Spread
 from kneecore.study.needed_accuracy import NeededAccuracy
-from kneecore.study.surrogate_quality import SurrogateQuality
-from kneecore.study.training_sweep import TrainingSweep
+from kneecore.study.settings import SamplingSettings
+from kneecore.study.surrogate_quality import SurrogateQuality, rank_correlation
+from kneecore.study.training_sweep import N_TEST, TrainingSweep
 
 __all__ = ["check_relations"]
+
+_WHOLE = 1e-9
+"""By which a share may miss a whole number of samples."""
+_RANKED = 1e-3
+"""Numbers with ten decimals may have a tie that all their digits have not."""
+_EXACT = 1e-9
+_OF_BAND = 1e-6
+"""A narrow band has lost digits."""
 
 
 def _between(where: str, values: Any, low: float, high: float) -> None:
@@ -35,23 +51,37 @@ def _not_below(where: str, values: Any, least: Any, what: str) -> None:
         check_holds(where, ~(np.asarray(values) < np.asarray(least) - 1e-9), what)
 
 
-def _spread(where: str, spread: Spread) -> None:
+def _spread(where: str, spread: Spread, digits: int | None) -> None:
     _between(f"{where}.sd", spread.sd, 0.0, np.inf)
-    check_equal(f"{where}.sigma.lower", spread.sigma_lower, spread.mean - 3.0 * spread.sd)
-    check_equal(f"{where}.sigma.upper", spread.sigma_upper, spread.mean + 3.0 * spread.sd)
+    size = np.abs(spread.mean) + 3.0 * np.abs(spread.sd)
+    for side, sign in (("lower", -3.0), ("upper", 3.0)):
+        said, follows = getattr(spread, f"sigma_{side}"), spread.mean + sign * spread.sd
+        check_equal(f"{where}.sigma.{side}", said, follows, digits=digits, size=size)
     lower, upper = spread.percentile_lower, spread.percentile_upper
     _not_below(f"{where}.percentile", upper, lower, "lower is at most upper")
 
 
 def _monte_carlo(study: MonteCarloResult) -> None:
-    _spread("mean", study.y)
+    digits, drawn = digits_of(study.model), _drawn(study.settings)
+    _spread("mean", study.y, digits)
     for name, spread in study.observed.items():
-        _spread(name, spread)
+        _spread(name, spread, digits)
     check_count("n_samples", study.n_samples)
+    fits = study.n_samples == drawn or (
+        study.stop_reason == "cancelled" and study.n_samples < drawn
+    )
+    check_holds("n_samples", fits, f"{drawn} follows from what was asked for")
     for name, count in study.counts.items():
         check_holds(f"n_{name}", count <= study.n_samples, "at most `n_samples`")
     if study.below is not None:
         _between("share_of_samples_below", study.below, 0.0, 1.0)
+        n_good = study.n_samples - study.n_failed
+        whole = np.abs(study.below * n_good - np.round(study.below * n_good)) < _WHOLE * n_good
+        check_holds("share_of_samples_below", whole, "a share of the samples that did not fail")
+
+
+def _drawn(settings: SamplingSettings) -> int:
+    return n_drawn(settings.n_samples, settings.sampling)
 
 
 def _influence(found: InfluenceResult) -> None:
@@ -66,7 +96,14 @@ def _influence(found: InfluenceResult) -> None:
     for group, sums in found.groups.items():
         mine = [j for j, n in enumerate(found.names) if found.model.groups.get(n) == group]
         if mine:  # a model that is no knee has lost its groups
-            check_equal(f"groups_first_order.{group}", sums, used.first_order[:, mine].sum(axis=1))
+            parts = used.first_order[:, mine]
+            check_equal(
+                f"groups_first_order.{group}",
+                sums,
+                parts.sum(axis=1),
+                digits=digits_of(found.model),
+                size=np.abs(parts).sum(axis=1),
+            )
 
 
 def _landscape(found: Landscape) -> None:
@@ -80,21 +117,71 @@ def _landscape(found: Landscape) -> None:
 
 def _bound_sweep(sweep: BoundSweep) -> None:
     _between("objective_model", sweep.objective, 0.0, np.inf)
-    _not_below("extremes", sweep.extremes[:, 1], sweep.extremes[:, 0], "least is at most largest")
+    low, high = sweep.pair.T
+    _not_below("pair", high, low, "the smaller value is the first")
+    _not_below("extremes", low, sweep.extremes[:, 0], "least is at most the pair's")
+    _not_below("extremes", sweep.extremes[:, 1], high, "largest is at least the pair's")
+    weight = sweep.model.weights()[sweep.column]
+    least = weight * (high - low) * (1.0 - 1e-9)
+    _not_below("objective_model", sweep.objective, least, "at least the watched difference")
 
 
 def _needed_accuracy(need: NeededAccuracy) -> None:
-    largest = need.settings.largest
-    if need.size is not None and largest is not None:
-        _between("size", need.size, 0.0, largest)
-    if need.beyond_value is not None and need.settings.within is not None:
-        _not_below("beyond_value", need.beyond_value, need.settings.within, "above what is allowed")
+    sizes, values = need.tried.T
+    within, largest = need.settings.within, need.settings.largest
+    assert within is not None
+    check_holds("tried", np.diff(sizes) > 0.0, "sizes rise")
+    check_holds("tried", sizes[:1] == 0.0, "the first size is 0")
+    check_holds("tried", sizes[-1:] == largest, "the last size is the largest that was asked for")
+    good = values <= within
+    size = float(sizes[good].max()) if good[:1].all() else None
+    if size is not None and not good[-1]:  # a bisection, with one passage from good to not good
+        size = float(sizes[np.argmin(good) - 1])
+    check_equal("size", need.size, size)
+    check_equal("largest_value", need.largest_value, values[sizes == (size or 0.0)][0])
+    next_one = None if size is None or good[-1] else int(np.argmin(good))
+    beyond = (None, None) if next_one is None else (sizes[next_one], values[next_one])
+    check_equal("beyond", need.beyond, beyond[0])
+    check_equal("beyond_value", need.beyond_value, beyond[1])
+    reaches = size is not None and bool(good[-1])
+    check_holds("reaches_largest", need.reaches_largest == reaches, "it follows from `tried`")
+    if need.beyond is not None and size is not None:
+        near = need.beyond - size <= need.settings.tolerance * (1.0 + 1e-9)
+        check_holds("beyond", near, "within the tolerance of `size`")
+    sampled = need.sampled_value is not None
+    check_holds("n_sampled", (need.n_sampled > 0) == sampled, "it stands beside the sampled value")
+    check_holds("n_sampled", sampled == bool(size), "the size that was found is sampled")
+
+
+def _accuracy_allocation(found: AccuracyAllocation) -> None:
+    _needed_accuracy(found.equal)
+    check_equal("equal.largest", found.equal.settings.largest, found.model.size)
+    check_holds("n_sampled_failed", found.n_sampled_failed <= found.n_sampled, "at most all")
+    model, within = found.model, found.settings.within
+    costs = found.settings.costs or {}
+    check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])
+    if isinstance(model, Knee):  # of any other, files do not hold what is measured together
+        members = members_of(model)
+        if found.names != tuple(members):
+            raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+        stated = [tolerance for tolerance, _ in stated_tolerances(model, members.values())]
+        check_equal("measurements.stated", found.stated, stated)
+    known = sorted(name for group in found.inputs for name in group)
+    check_holds("measurements.inputs", known == sorted(model.free_names), "each input once")
+    if found.factors is None or found.enlarged is None or within is None:
+        check_holds("nominal_value", within is None or found.nominal_value >= within, "too large")
+        return
+    _between("measurements.cheapest_share", found.factors, 0.0, 1.0)
+    _not_below("within", within, found.largest_value, "the largest value is at most as large")
+    alone = np.isfinite(found.enlarged)
+    check_holds("enlarged", alone == ~found.as_stated, "a number where it is not as stated")
 
 
 def _training_sweep(sweep: TrainingSweep) -> None:
     with np.errstate(divide="ignore", invalid="ignore"):
         gap = 100.0 * (1.0 - sweep.objective_model / sweep.objective_surrogate)
-    check_equal("gap_percent", sweep.gap_percent, gap)
+    check_equal("gap_percent", sweep.gap_percent, gap, digits=digits_of(sweep.model), size=100.0)
+    check_holds("n_test", 4 <= sweep.n_test <= N_TEST, f"4 to {N_TEST} is allowed")
     _between("rank_correlation_pairs", sweep.rank_f, -1.0, 1.0)
     _between("rank_correlation_worst", sweep.rank_outputs, -1.0, 1.0)
     _between("rms_error", sweep.rms_error, 0.0, np.inf)
@@ -113,13 +200,59 @@ def _surrogate_quality(quality: SurrogateQuality) -> None:
     check_holds("n_test", quality.n_test <= quality.settings.n_test, "at most `test_points`")
     weights = quality.model.weights()
     follows = np.sqrt(np.mean((judged.rms * weights) ** 2))
-    check_equal("rms_error_all", judged.rms_all, follows)
+    check_equal("rms_error_all", judged.rms_all, follows, digits=digits_of(quality.model))
+    check_holds("pairs", judged.f_surrogate >= 0.0, "f is 0 or above")
+    check_holds("pairs", judged.f_model >= 0.0, "f is 0 or above")
+    both = (judged.f_surrogate, judged.f_model)
+    rounding = _RANKED if any(len(set(f.tolist())) < len(f) for f in both) else _EXACT
+    check_equal(
+        "rank_correlation_pairs",
+        judged.rank_f,
+        rank_correlation(*both),
+        size=1.0,
+        rounding=rounding,
+    )
+    check_holds(
+        "n_failed", quality.n_failed < quality.settings.training_samples, "below `training_samples`"
+    )
 
 
 def _comparison(found: Comparison) -> None:
     _between("excess", found.excess, 0.0, np.inf)
+    _between("excess_share", found.excess_share, 0.0, np.inf)
+    with np.errstate(invalid="ignore"):
+        inside = (found.excess == 0.0) & (found.excess_share > 0.0)
+        outside = (found.excess > 1e-6) & (found.excess_share == 0.0)
+    check_holds("excess_share", ~inside & ~outside, "0 inside of the band and above it outside")
     if found.below is not None:
         _between("share_of_samples_below", found.below, 0.0, 1.0)
+
+
+def _study(study: Study) -> None:
+    """Check the parts, and the comparison against the band of the samples beside it."""
+    for part in (study.sampled, study.comparison, study.influence):
+        if part is not None:
+            check_relations(part)
+    compared, band = study.comparison, study.sampled.y
+    if compared is None:
+        return
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = compared.excess / (band.percentile_upper - band.percentile_lower)
+    share[~np.isfinite(share)] = np.nan  # of a band without a width
+    check_equal(
+        "comparison.excess_share",
+        compared.excess_share,
+        share,
+        digits=digits_of(study.sampled.model),
+        rounding=_OF_BAND,
+    )
+    check_equal("comparison.share_of_samples_below", compared.below, study.sampled.below)
+
+
+def _bound_study(study: BoundStudy) -> None:
+    check_relations(study.sweep)
+    if study.need is not None:
+        check_relations(study.need)
 
 
 def _paper(report: PaperReport) -> None:
@@ -139,25 +272,22 @@ def _paper(report: PaperReport) -> None:
 
 _CHECKS: dict[str, Any] = {
     "SearchResult": check_search,
-    "Response": check_response,
+    "Response": check_status,
     "MonteCarloResult": _monte_carlo,
     "InfluenceResult": _influence,
     "Landscape": _landscape,
     "BoundSweep": _bound_sweep,
     "NeededAccuracy": _needed_accuracy,
+    "AccuracyAllocation": _accuracy_allocation,
     "TrainingSweep": _training_sweep,
     "SurrogateQuality": _surrogate_quality,
     "Comparison": _comparison,
     "PaperReport": _paper,
+    "Study": _study,
+    "BoundStudy": _bound_study,
 }
 
 
 def check_relations(result: Any) -> None:
     """Raise a `FileFormatError` if a result, or one of several in a file, contradicts itself."""
-    check = _CHECKS.get(type(result).__name__)
-    if check is not None:
-        check(result)
-        return
-    for part in vars(result).values():  # several results in one file
-        if type(part).__name__ in _CHECKS:
-            check_relations(part)
+    _CHECKS[type(result).__name__](result)

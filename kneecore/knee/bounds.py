@@ -3,12 +3,24 @@
 import dataclasses
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kneecore.errors import ParameterError
 from kneecore.knee.parameters import STRUCTURE, widened
 from kneecore.knee.space import ParameterSpace
+from kneecore.knee.units import si_factor
+from kneecore.numbers import DIGITS
 
-__all__ = ["needs_file", "with_geometry_bound"]
+__all__ = [
+    "half_ranges",
+    "measurement_of",
+    "needs_file",
+    "stated_tolerance",
+    "with_geometry_bound",
+    "with_narrower",
+]
+
+FloatArray = NDArray[np.float64]
 
 _GEOMETRIC = frozenset(row[0] for row in STRUCTURE if row[2] == "geometry")
 
@@ -34,6 +46,33 @@ def with_geometry_bound(space: ParameterSpace, bound_mm: float) -> ParameterSpac
         slope_bound_deg=space.slope_bound_deg * bound_mm / space.geometry_bound_mm,
         half_ranges=kept or None,
     )
+
+
+def half_ranges(space: ParameterSpace) -> FloatArray:
+    """Return the half-range of each parameter, SI; that of Poisson's ratio before it is clipped."""
+    wider: FloatArray = np.maximum(space.upper - space.centre, space.centre - space.lower)
+    return wider
+
+
+def with_narrower(space: ParameterSpace, factors: FloatArray) -> ParameterSpace:
+    """Return `space` with each half-range times its factor."""
+    narrower = dict(zip(space.names, (factors * half_ranges(space)).tolist(), strict=True))
+    return dataclasses.replace(space, half_ranges=narrower)
+
+
+def measurement_of(name: str) -> str:
+    """Return what a parameter is measured with: the two coordinates of a point are one."""
+    point = name.removesuffix("_x").removesuffix("_y")
+    return {"condyle": "condyle_centre", "plateau": "plateau_point"}.get(point, point)
+
+
+def stated_tolerance(space: ParameterSpace, name: str) -> tuple[float, str]:
+    """Return a half-range and its unit: of geometry in mm or deg, of material in per cent."""
+    k = space.names.index(name)
+    half, row = float(half_ranges(space)[k]), STRUCTURE[k]
+    if row[2] == "material":
+        return round(100.0 * half / abs(float(space.centre[k])), DIGITS), "%"
+    return round(half / si_factor(row[3]), DIGITS), row[3]  # the bounds' own rounding is in it
 
 
 def needs_file(space: ParameterSpace) -> bool:

@@ -20,11 +20,13 @@ from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units
 from kneecore.knee.parameters import (
     ALL_NAMES,
+    LARGEST,
     NAMES,
     REST_LENGTH_NAMES,
     STRUCTURE,
     Parameter,
     check_physical,
+    in_display_unit,
     widened,
 )
 
@@ -118,6 +120,12 @@ def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
         )
     if not math.isfinite(half):
         raise FileFormatError(f"`{where}.half_range` is {half:g}; a finite number is allowed")
+    column = ALL_NAMES.index(name)
+    if half > LARGEST[column]:
+        raise FileFormatError(
+            f"`{where}.half_range` is {in_display_unit(column, half)}; at most "
+            f"{in_display_unit(column, LARGEST[column])} is allowed (which unit?)"
+        )
     return factor, value, half, _text(f"{where}.source", table.get("source", ""))
 
 
@@ -315,6 +323,14 @@ def _half_ranges(values: ArrayLike) -> FloatArray:
         raise ParameterError(f"`half_ranges` has shape {halves.shape}; (28,) or (32,) is allowed")
     if not (np.isfinite(halves) & (halves >= 0.0)).all():
         raise ParameterError("`half_ranges` holds a number that is below 0 or not finite")
+    absurd = halves > LARGEST[: len(halves)]
+    if absurd.any():
+        column = int(np.argmax(absurd))
+        raise ParameterError(
+            f"`half_ranges`: that of `{ALL_NAMES[column]}` is "
+            f"{in_display_unit(column, halves[column])}; at most "
+            f"{in_display_unit(column, LARGEST[column])} is allowed (which unit?)"
+        )
     return halves
 
 

@@ -21,7 +21,7 @@ from kneecore._arguments import choice
 from kneecore._arrays import numbers
 from kneecore._second_compiler import compile_apart, wait_for
 from kneecore.inputs import Input, Output
-from kneecore.knee.bounds import with_geometry_bound
+from kneecore.knee import bounds
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
@@ -143,6 +143,15 @@ class Knee(Model):
         return {row[0]: row[1] for row in STRUCTURE}
 
     @property
+    def measurements(self) -> Mapping[str, str]:
+        """Which measurement tells each parameter: the two coordinates of a point are one."""
+        return {name: bounds.measurement_of(name) for name in self.names}
+
+    def stated_tolerance(self, name: str) -> tuple[float, str]:
+        """Return a parameter's half-range: geometry's in mm or deg, material's in per cent."""
+        return bounds.stated_tolerance(self.space, name)
+
+    @property
     def computed(self) -> Mapping[str, str]:
         """Which response, and what the ligaments' rest lengths are."""
         return {"solver": self.solver, "rest length": self.rest_length}
@@ -169,7 +178,11 @@ class Knee(Model):
 
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
-        return self.with_space(with_geometry_bound(self.space, size))
+        return self.with_space(bounds.with_geometry_bound(self.space, size))
+
+    def with_widths(self, factors: ArrayLike) -> Self:
+        """Return the knees with bounds `factors` times as wide, around the box's centre."""
+        return self.with_space(bounds.with_narrower(self.space, self._factors(factors)))
 
     def with_space(self, space: ParameterSpace) -> Self:
         """Return the knees of another space, computed in the same way."""

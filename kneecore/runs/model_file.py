@@ -24,7 +24,7 @@ LARGEST = 1 << 20
 _TOP = ("name", "note", "inputs", "outputs", "function", "program", "runs")
 _INPUT = (
     "name", "nominal", "tolerance_percent", "half_range", "lower", "upper", "unit", "shown_unit",
-    "shown_scale",
+    "shown_scale", "measurement",
 )  # fmt: skip
 _OUTPUT = ("name", "unit", "axis", "axis_name", "axis_unit", "scale")
 _FUNCTION = ("run", "batched", "gradient", "draw")

@@ -31,8 +31,10 @@ def search_budget(settings: Any, model: "Model") -> Budget:
     if ga:
         pairs = settings.pop_size * settings.n_generations * settings.n_runs
         models += 2 * pairs if in_model else 0
-        # Parents and children, two models each.
-        memory["pop_size"] = 8.0 * settings.pop_size * 2 * 2 * d
+        # Parents, children and what is held while they change places, two models each.
+        memory["pop_size"] = 8.0 * settings.pop_size * 3 * 2 * d
+        if in_model:  # and what a model holds while a generation runs, such as its constants
+            memory["pop_size"] += 8.0 * settings.pop_size * 2 * 2 * (d + m)
         memory["n_generations"] = 8.0 * settings.n_generations
         memory["n_runs"] = 8.0 * settings.n_runs
         counts = {name: getattr(settings, name) for name in ("n_generations", "n_runs", "pop_size")}

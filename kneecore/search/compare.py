@@ -20,14 +20,16 @@ from typing import Any
 import numpy as np
 
 from kneecore._arguments import callback_or_none
+from kneecore.budget import Budget
 from kneecore.model import Model
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import checked
+from kneecore.search.budget import search_budget
 from kneecore.search.result import MethodTrace, SearchResult
 from kneecore.search.settings import SearchSettings, enough_samples
 from kneecore.search.worst_case import worst_case
 
-__all__ = ["compare_methods", "with_methods"]
+__all__ = ["compare_methods", "comparison_budgets", "with_methods"]
 
 Search = Callable[..., SearchResult]
 
@@ -64,9 +66,7 @@ def _traced(method: str, points: Points, result: SearchResult) -> Traced:
 
 def _genetic(search: Search, callback: Callback) -> Traced:
     """Run the genetic algorithm in the true model; each generation runs as many models."""
-    found = search(
-        search_space="model", pop_size=VALIDATION, n_generations=VALIDATION, callback=callback
-    )
+    found = search(**_OPTIONS["ga"], callback=callback)
     later = (found.counts["pairs_evaluated"] - VALIDATION) / max(len(found.history) - 1, 1)
     n_models = 2.0 * (VALIDATION + later * np.arange(len(found.history)))
     return _traced("ga", list(zip(n_models.tolist(), found.history.tolist(), strict=True)), found)
@@ -74,14 +74,14 @@ def _genetic(search: Search, callback: Callback) -> Traced:
 
 def _in_surrogate(search: Search, callback: Callback) -> Traced:
     """Run the paper's main search: the true model knows nothing of it but its end."""
-    found = search(search_space="surrogate", callback=callback)
+    found = search(**_OPTIONS["ga_surrogate"], callback=callback)
     end = (found.counts["models_simulated"], found.objective_model)
     return _traced("ga_surrogate", [end], found)
 
 
 def _repaired(search: Search, callback: Callback) -> Traced:
     """Let the surrogate repair itself: the true f of its optimum after each round."""
-    found = search(repair=True, callback=callback)
+    found = search(**_OPTIONS["repair"], callback=callback)
     assert found.repair is not None
     first = found.settings.training_samples
     points: Points = [(first + r.n_models, r.objective_model) for r in found.repair.rounds]
@@ -97,7 +97,7 @@ def _exact(search: Search, callback: Callback) -> Traced:
             points.append((report.n_models, report.best))
         return callback(report)
 
-    found = search(method="exact", callback=watch)
+    found = search(**_OPTIONS["exact"], callback=watch)
     evidence = found.evidence
     assert evidence is not None
     if evidence.objective_before_climb is not None:  # the proxy's f is another f
@@ -129,13 +129,33 @@ def methods_of(model: Model) -> tuple[str, ...]:
     return tuple(name for name in _METHODS if gradient or name != "exact")
 
 
-def _run_all(model: Model, settings: SearchSettings, callback: Callback | None) -> list[Traced]:
-    shared: dict[str, Any] = {
+def _shared(model: Model, settings: SearchSettings) -> dict[str, Any]:
+    """Return the options that all methods have."""
+    return {
         "objective": settings.objective,
         "weights": settings.weights,
         "seed": settings.seed,
         "training_samples": enough_samples(model.n_free),
     }
+
+
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "ga_surrogate": {"search_space": "surrogate"},
+    "repair": {"repair": True},
+    "exact": {"method": "exact"},
+    "ga": {"search_space": "model", "pop_size": VALIDATION, "n_generations": VALIDATION},
+}
+
+
+def comparison_budgets(model: Model, settings: SearchSettings) -> list[Budget]:
+    """Return what the methods ask for, one by one."""
+    shared = _shared(model, settings)
+    asked = [SearchSettings(**shared, **_OPTIONS[name]) for name in methods_of(model)]
+    return [search_budget(one.of(model), model) for one in asked]
+
+
+def _run_all(model: Model, settings: SearchSettings, callback: Callback | None) -> list[Traced]:
+    shared = _shared(model, settings)
     names = methods_of(model)
     done, found = 0, []
     for k, name in enumerate(names):

@@ -162,7 +162,7 @@ class _Repairing:
                 if self._left < 2 * _PAIR:
                     break
                 self._check(found)
-                if not self.small:
+                if not self.small or self._left <= _PAIR:  # what is left is for the last look
                     continue
             if not self._try_one(*self._base(found)):
                 break

@@ -57,6 +57,10 @@ class Steps:
         """Report in the place of a search's own report."""
         return self()
 
+    def advance(self) -> None:
+        """Count a step, where only roughly so many are expected."""
+        self.done = min(self.done + 1, self._total)
+
     def begin(self) -> None:
         """Report; raise `Cancelled` if the callback asks to stop."""
         if self():

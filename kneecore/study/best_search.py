@@ -30,6 +30,8 @@ class PairFound:
 
     objective: float
     """f in the true model."""
+    u: FloatArray
+    """The two models in the unit cube of the free inputs, shape (2, n_free)."""
     y: FloatArray
     """The two models' outputs, shape (2, m)."""
     seen: FloatArray
@@ -61,7 +63,7 @@ def best_pair(model: Model, weights: FloatArray, *, seed: int, steps: Steps) -> 
     if searches_in_model(model):
         settings = ExactSettings(seed=seed)
         pair = exact_pair(model, weights, settings=settings, report=steps)
-        return PairFound(objective=pair.objective, y=pair.y, seen=pair.y)
+        return PairFound(objective=pair.objective, u=pair.u, y=pair.y, seen=pair.y)
     return _in_repaired_surrogate(model, weights, seed, steps)
 
 
@@ -79,10 +81,10 @@ def _in_repaired_surrogate(model: Model, weights: FloatArray, seed: int, steps: 
     found = find(problem)
     if found.objective_model is None or found.training is None:
         raise ModelError("the model fails for every pair that was searched for")
-    y = found.y
+    u, y = found.found.u, found.y
     first = next(k for k in model.order if weights[k] > 0.0)
     if y[0, first] > y[1, first]:
-        y = y[::-1].copy()
+        u, y = u[::-1].copy(), y[::-1].copy()
     runs = found.training.values
     good = np.isfinite(runs).all(axis=1)
-    return PairFound(objective=found.objective_model, y=y, seen=np.vstack([y, runs[good]]))
+    return PairFound(objective=found.objective_model, u=u, y=y, seen=np.vstack([y, runs[good]]))

@@ -1,11 +1,14 @@
 """What each study asks of the machine."""
 
+import math
 from typing import Any
 
 from kneecore.budget import Budget, surrogate_memory
 from kneecore.model import Model
 from kneecore.study.settings import (
+    BoundSweepSettings,
     InfluenceSettings,
+    NeededAccuracySettings,
     SamplingSettings,
     SurrogateQualitySettings,
     TrainingSweepSettings,
@@ -20,6 +23,10 @@ _TAILS = 0.0035
 _SETTINGS_BYTES = 400.0
 """Of one search that a sweep has before it."""
 _SECONDS_A_SEARCH = 1e-3
+_MODELS_A_PAIR = 20_000
+"""Models that one exact search runs, roughly: most of them near it, at rest."""
+_REPAIRED = 40
+"""Models that a repair adds."""
 
 
 def _budget(
@@ -39,7 +46,8 @@ def _sampling(settings: SamplingSettings, m: int, d: int) -> Budget:
 
 def _influence(settings: InfluenceSettings, m: int, d: int) -> Budget:
     n = settings.n_base * (d + 2)
-    memory = {"n_base": 8.0 * n * m * (2 if settings.intervals else 1)}
+    # Points of the cube, the same as inputs, and the outputs.
+    memory = {"n_base": 8.0 * n * (2 * d + m * (2 if settings.intervals else 1))}
     return _budget(settings, n, {"n_base": n * _SECONDS_A_MODEL}, memory)
 
 
@@ -56,12 +64,38 @@ def _training_sweep(settings: TrainingSweepSettings, _m: int, d: int) -> Budget:
 def _quality(settings: SurrogateQualitySettings, m: int, d: int) -> Budget:
     memory = {
         "training_samples": surrogate_memory(settings.training_samples, d),
-        "n_test": 8.0 * settings.n_test * (d + 3 * m),
+        "n_test": 8.0 * settings.n_test * 4 * (d + m),
     }
     models = settings.training_samples + settings.n_test
     return _budget(settings, models, {"n_test": models * _SECONDS_A_MODEL}, memory)
 
 
+def _pairs(settings: Any, name: str, n_pairs: int, model: Model) -> Budget:
+    """Return what exact searches ask for, `n_pairs` of them."""
+    if model.has_gradient or model.proxy is not None:
+        each, memory = _MODELS_A_PAIR, 0.0
+    else:
+        each = max(50, 2 * (model.n_free + 1)) + _REPAIRED
+        memory = surrogate_memory(each, model.n_free)
+    least = n_pairs * each * _SECONDS_A_MODEL
+    return _budget(settings, n_pairs * each, {name: least}, {name: memory})
+
+
+def _bound_sweep(settings: BoundSweepSettings, model: Model) -> Budget:
+    n_sizes = len(model.sizes if settings.sizes is None else settings.sizes)
+    return _pairs(settings, "sizes", (1 if model.n_outputs == 1 else 2) * n_sizes, model)
+
+
+def _needed_accuracy(settings: NeededAccuracySettings, model: Model) -> Budget:
+    largest = max(model.sizes) if settings.largest is None else settings.largest
+    steps = max(0, math.ceil(math.log2(largest / settings.tolerance)))
+    return _pairs(settings, "tolerance", 2 + steps, model)
+
+
+_OF_PAIRS: dict[type[Any], Any] = {
+    BoundSweepSettings: _bound_sweep,
+    NeededAccuracySettings: _needed_accuracy,
+}
 _BUDGETS: dict[type[Any], Any] = {
     SamplingSettings: _sampling,
     InfluenceSettings: _influence,
@@ -71,7 +105,10 @@ _BUDGETS: dict[type[Any], Any] = {
 
 
 def study_budget(settings: Any, model: Model) -> Budget | None:
-    """Return what a study asks for; None for one whose steps no option counts."""
+    """Return what a study asks for; None for one that is not known here."""
+    if type(settings) in _OF_PAIRS:
+        of_pairs: Budget = _OF_PAIRS[type(settings)](settings, model)
+        return of_pairs
     budget = _BUDGETS.get(type(settings))
     found: Budget | None = budget and budget(settings, model.n_outputs, model.n_free)
     return found

@@ -117,6 +117,8 @@ class _Bracket:
             return high, None
         while high - low > tolerance:
             middle = 0.5 * (low + high)
+            if not low < middle < high:  # no number is between them
+                break
             if self.value(middle) <= self.within:
                 low = middle
             else:

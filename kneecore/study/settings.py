@@ -1,6 +1,6 @@
 """How to study a model: the one list of each study's options."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ from kneecore.numerics.sampling_options import Sampling, check_count, check_seed
 from kneecore.options import check_choices, option
 
 __all__ = [
+    "AccuracyAllocationSettings",
     "BoundSweepSettings",
     "InfluenceSettings",
     "NeededAccuracySettings",
@@ -148,6 +149,43 @@ class NeededAccuracySettings:
             object.__setattr__(self, "largest", _size("largest", self.largest))
         object.__setattr__(self, "tolerance", _size("tolerance", self.tolerance))
         _check_seed(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccuracyAllocationSettings:
+    """How good is good enough, and what accuracy costs.
+
+    Raises
+    ------
+    ParameterError
+        If a value is not allowed.
+    """
+
+    within: float | None = option(None, key="within_deg", metavar="FLOAT")
+    """Largest value of the watched output that is good enough: for knees the flexion that may be
+    left at +5 N m, deg. Unset: the model's own, 5 deg for knees."""
+    costs: dict[str, float] | None = option(None, metavar="NAME NUMBER [NAME NUMBER ...]")
+    """What a measurement costs that is as good as its stated bound, by name, such as acl_femur 2;
+    half the tolerance costs twice as much. Unset ones: 1."""
+    tolerance: float = option(0.005, key="tolerance_mm", metavar="MM")
+    """How closely the one tolerance for all is bracketed."""
+    seed: int = option(0)
+    """The same seed gives the same result, on any number of threads."""
+
+    def __post_init__(self) -> None:
+        if self.within is not None:
+            object.__setattr__(self, "within", number("within", self.within))
+        if self.costs is not None:
+            object.__setattr__(self, "costs", _costs(self.costs))
+        object.__setattr__(self, "tolerance", _size("tolerance", self.tolerance))
+        _check_seed(self)
+        check_seed(self.seed + 3)  # those of the checks
+
+
+def _costs(given: Any) -> dict[str, float]:
+    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
+        raise ParameterError(f"`costs` is {shown(given)}; a mapping of names to numbers is allowed")
+    return {name: _size(f"costs[{name!r}]", cost) for name, cost in given.items()}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,7 +29,14 @@ from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import SurrogateQualitySettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["Judgement", "SurrogateQuality", "judge", "new_points", "surrogate_quality"]
+__all__ = [
+    "Judgement",
+    "SurrogateQuality",
+    "judge",
+    "new_points",
+    "rank_correlation",
+    "surrogate_quality",
+]
 
 FloatArray = NDArray[np.float64]
 _TEST_SEEDS = 2**62
@@ -81,7 +88,7 @@ def new_points(model: UnitModel, n: int, seed: int) -> tuple[FloatArray, FloatAr
     return u[good], y[good]
 
 
-def _rank(one: FloatArray, other: FloatArray) -> float:
+def rank_correlation(one: FloatArray, other: FloatArray) -> float:
     """Return Spearman's rank correlation; NaN where there is nothing to rank."""
     if np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
         return np.nan
@@ -113,8 +120,8 @@ def judge(surrogate: Surrogate, u: FloatArray, y: FloatArray, weights: FloatArra
     return Judgement(
         f_surrogate=f_surrogate,
         f_model=f_model,
-        rank_f=_rank(f_surrogate, f_model),
-        rank=np.array([_rank(p, t) for p, t in zip(predicted.T, y.T, strict=True)]),
+        rank_f=rank_correlation(f_surrogate, f_model),
+        rank=np.array([rank_correlation(p, t) for p, t in zip(predicted.T, y.T, strict=True)]),
         rms=np.sqrt(squares.mean(axis=0)),
         explained=explained,
         rms_all=float(np.sqrt(np.mean((predicted * weights - y * weights) ** 2))),

@@ -38,6 +38,8 @@ def study_file(study: StudyState, result: SearchResult | None, name: str) -> byt
         if study.paper is None:
             return None
         return study.paper.page if name == "paper.html" else study.paper.everything
+    if name == "accuracy_allocation.json":
+        return None if study.accuracy is None else _json(study.accuracy.to_dict())
     if study.influence is None:
         return None
     if name == "influence.csv":

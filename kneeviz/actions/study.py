@@ -1,4 +1,4 @@
-"""The study: sampling, influence, the paper, files. Runs on the session's worker."""
+"""The study: sampling, influence, accuracy, the paper, files. Runs on the session's worker."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,6 +8,8 @@ import numpy as np
 import kneecore
 from kneecore import (
     MOMENT,
+    AccuracyAllocation,
+    AccuracyAllocationSettings,
     InfluenceResult,
     InfluenceSettings,
     Knee,
@@ -28,7 +30,7 @@ from kneeviz.state import results
 from kneeviz.state.shown import Band, band_of
 from kneeviz.state.study import SLOPES
 from kneeviz.views import theme
-from kneeviz.views.html import influence_tab
+from kneeviz.views.html import accuracy, influence_tab
 from kneeviz.views.html.labels import LOADS
 from kneeviz.views.html.pieces import box, escape
 from kneeviz.views.html.study import judged, sampling
@@ -36,11 +38,13 @@ from kneeviz.views.html.study import judged, sampling
 _BUSY = {
     "sampling": "Sampling the true model …",
     "influence": "Finding what decides …",
+    "accuracy": "Finding how good each measurement must be …",
     "report": "Redoing the paper …",
 }
 _CALM = {
     "sampling": "Sampled: the band holds 99.7 % of the knees.",
     "influence": "Done: see the tab “Influence” on the left.",
+    "accuracy": "Done: the tolerances are in the tab “Study”.",
     "report": "The report is ready: see “Study files”.",
 }
 
@@ -81,6 +85,14 @@ def _influence(page: Page) -> Work[InfluenceResult]:
     return computations.influence(page.state.knees(), settings)
 
 
+def _accuracy(page: Page) -> Work[AccuracyAllocation]:
+    tab = page.view.study
+    settings = AccuracyAllocationSettings(
+        within=float(tab.within.value), seed=round(tab.seed.value)
+    )
+    return computations.accuracy(page.state.knees(), settings)
+
+
 def _report(page: Page) -> Work[PaperFiles]:
     knee = Knee(page.state.space, threads=spare_cores())  # the paper's rest lengths
     tab = page.view.study
@@ -91,6 +103,7 @@ def _report(page: Page) -> Work[PaperFiles]:
 _WORK: dict[str, Callable[[Page], Callable[[Watch], Any]]] = {
     "sampling": _sampling,
     "influence": _influence,
+    "accuracy": _accuracy,
     "report": _report,
 }
 
@@ -119,6 +132,8 @@ def _done(page: Page, news: JobDone) -> None:
         study.band = _band_of(study.sampled)
     elif news.job.kind == "influence":
         study.influence = news.result
+    elif news.job.kind == "accuracy":
+        study.accuracy = news.result
     else:
         study.paper = news.result
     page.say(_CALM[news.job.kind])
@@ -163,7 +178,7 @@ def refresh(page: Page) -> None:
     """Bring texts, charts and band of the study up to date; cheap if nothing has changed."""
     study, state = page.study, page.state
     _draw_band(page)
-    found = (study.sampled, study.influence, study.paper)
+    found = (study.sampled, study.influence, study.paper, study.accuracy)
     stale = [f is not None and state.is_stale(f) for f in found]
     made_of: tuple[Any, ...] = (*found, study.load, study.chart, page.view.dark, *stale)
     if study.chart == SLOPES:
@@ -172,11 +187,19 @@ def refresh(page: Page) -> None:
         return
     study.written = made_of
     tab = page.view.study
-    by_file = {"uncertainty": study.sampled, "influence": study.influence, "paper": study.paper}
+    by_file = {
+        "uncertainty": study.sampled,
+        "influence": study.influence,
+        "accuracy_allocation": study.accuracy,
+        "paper": study.paper,
+    }
     for name, handle in tab.files.items():
         handle.disabled = by_file[name.partition(".")[0]] is None
     if study.paper is not None:
         tab.judged.content = judged(study.paper.words, stale=stale[2])
+    if study.accuracy is not None:
+        colours = theme.palette(page.view.dark)
+        tab.accuracy.content = accuracy.tolerances(study.accuracy, colours, stale=stale[3])
     tab.band.visible = study.sampled is not None
     if study.sampled is not None:
         tab.sampled.content = sampling(study.sampled, stale=stale[0])

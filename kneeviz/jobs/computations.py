@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 import kneecore
 from kneecore import (
+    AccuracyAllocation,
+    AccuracyAllocationSettings,
     InfluenceResult,
     InfluenceSettings,
     Knee,
@@ -60,6 +62,11 @@ def sampling(
 def influence(knee: Knee, settings: InfluenceSettings) -> Work[InfluenceResult]:
     """Return the sensitivity analysis."""
     return lambda watch: kneecore.influence(knee, settings, callback=watch)
+
+
+def accuracy(knee: Knee, settings: AccuracyAllocationSettings) -> Work[AccuracyAllocation]:
+    """Return the search for how good each measurement must be."""
+    return lambda watch: kneecore.accuracy_allocation(knee, settings, callback=watch)
 
 
 def landscape(

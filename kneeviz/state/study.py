@@ -1,11 +1,17 @@
-"""What the study has found and is doing: sampling, influence, the paper redone."""
+"""What the study has found and is doing: sampling, influence, accuracy, the paper redone."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from kneecore import MOMENT, InfluenceResult, MonteCarloResult, SearchResult
+from kneecore import (
+    MOMENT,
+    AccuracyAllocation,
+    InfluenceResult,
+    MonteCarloResult,
+    SearchResult,
+)
 from kneeviz.jobs.job import Job
 from kneeviz.jobs.paper_files import PaperFiles
 from kneeviz.state.shown import Band
@@ -26,6 +32,7 @@ class StudyState:
     """What the sampling draws behind the curves."""
     with_band: bool = True
     influence: InfluenceResult | None = None
+    accuracy: AccuracyAllocation | None = None
     paper: PaperFiles | None = None
     load: int = int(np.argmax(MOMENT))
     """The load (index) that the charts of influence show."""

@@ -33,6 +33,7 @@ COMMANDS = {
         *(sweep, "bound", "--bounds-mm", "0.5", "--tolerance-mm", "0.1"),
         *("--case", "geometry", "--solver", "equilibrium"),
     ),
+    "accuracy of each": (*(sweep, "accuracy", "--tolerance-mm", "0.5", "--solver", "equilibrium"),),
     "sweep of training": (*(sweep, "training", "--sizes", "40", "50", "--seeds", "2"),),
     "paper": (paper, "--quick"),
 }

@@ -38,12 +38,13 @@ def test_writing_and_reading_changes_no_bit(tmp_path, seed):
 
 
 def test_other_units_of_the_same_kind_are_read():
-    text = TEXT.replace('value = 32.1\nunit = "mm"', 'value = 0.0321\nunit = "m"')
+    radius = 'value = 32.1\nunit = "mm"\nhalf_range = 1.0'
+    text = TEXT.replace(radius, 'value = 0.0321\nunit = "m"\nhalf_range = 0.001')
     text = text.replace('value = 24.0\nunit = "MPa"', 'value = 24e6\nunit = "Pa"')
     assert text != TEXT
     knee = parse_knee(text)
     np.testing.assert_allclose(knee.baseline, packaged_knee().baseline, rtol=1e-12)
-    assert knee.half_ranges[NAMES.index("condyle_radius")] == pytest.approx(1.0)  # 1 m: as written
+    assert knee.half_ranges[NAMES.index("condyle_radius")] == pytest.approx(1e-3)
 
 
 def test_a_current_knee_may_name_a_few_parameters():
@@ -83,6 +84,11 @@ def test_a_space_of_a_file_keeps_its_half_ranges_unless_a_bound_is_given(tmp_pat
         ("value = 35.0", "value = -35.0", "`acl_stiffness` is -35 N/mm"),
         ("value = 32.1", "value = 0.0", "`condyle_radius` is 0 mm"),
         ("half_range = 1.0", "half_range = -1.0", "half_range` is -1"),
+        (
+            "half_range = 1.0",
+            "half_range = 27000.0",
+            r"`parameters.acl_femur_x.half_range` is 27000 mm; at most 500 mm is allowed \(which u",
+        ),
         (
             'half_range_unit = "%"\nsource',
             'half_range_unit = "m"\nsource',

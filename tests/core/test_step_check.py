@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kneecore import Knee, ParameterSpace, simulate
+from kneecore import Knee, ParameterSpace, SearchResult, simulate
+from kneecore.cli import search
 from kneecore.cli import simulate as command
 from kneecore.files.response import read_response, response_table
 from kneecore.knee.physics.dynamics import attempt, flexion_of, respond_by_run
@@ -75,3 +76,17 @@ def test_the_command_tells_and_refuses(capsys):
     assert max(map(abs, json.loads(capsys.readouterr().out)["half_step_change_deg"])) < 0.05
     assert command.main(["--check-step", "--solver", "equilibrium"]) == 2
     assert "has no time step" in capsys.readouterr().err
+
+
+def test_a_search_audits_its_three_knees(capsys, tmp_path):
+    quick = ["--pop-size", "20", "--generations", "3", "--quiet"]
+    assert search.main([*quick, "--check-step", "--out", str(tmp_path)]) == 0
+    assert "Half the time step moves" in capsys.readouterr().out
+    found = SearchResult.load(tmp_path)
+    for response, x in zip(found.responses.values(), (found.model.nominal, *found.x), strict=True):
+        change = half_step_change(x, baseline=found.model.space.baseline)[0]
+        assert response.half_step_change == pytest.approx(change, abs=1e-11)
+    assert search.main([*quick, "--check-step", "--solver", "equilibrium"]) == 2
+    assert "has no time step" in capsys.readouterr().err
+    assert search.main(quick) == 0
+    assert "Half the time step" not in capsys.readouterr().out

@@ -17,6 +17,7 @@ from results import SCHEMA
 
 import kneecore
 from kneecore import (
+    AccuracyAllocationSettings,
     BoundSweepSettings,
     GeneticOptions,
     InfluenceSettings,
@@ -27,6 +28,7 @@ from kneecore import (
     SearchSettings,
     SurrogateQualitySettings,
     TrainingSweepSettings,
+    accuracy_allocation,
     bound_sweep,
     influence,
     monte_carlo,
@@ -50,6 +52,7 @@ SETTINGS = {
     InfluenceSettings: uncertainty.Options,
     BoundSweepSettings: sweep.Bound,
     NeededAccuracySettings: sweep.Bound,
+    AccuracyAllocationSettings: sweep.Accuracy,
     TrainingSweepSettings: sweep.Training,
 }
 """Each settings class, and the options of its command line."""
@@ -59,6 +62,9 @@ STUDIES = {
     influence: InfluenceSettings(n_base=32, intervals=False, seed=3),
     bound_sweep: BoundSweepSettings(sizes=(0.5, 1.0), seed=3),
     needed_accuracy: NeededAccuracySettings(within=0.0105, largest=1.5, tolerance=0.05, seed=3),
+    accuracy_allocation: AccuracyAllocationSettings(
+        within=0.0105, costs={"k": 2.0}, tolerance=0.05, seed=3
+    ),
     training_sweep: TrainingSweepSettings(sizes=(8, 9), n_seeds=2, method="exact", seed=3),
     surrogate_quality: SurrogateQualitySettings(training_samples=9, n_test=20, seed=3),
 }

@@ -8,6 +8,7 @@ import pytest
 from commands import called
 from results import SCHEMA, check_comes_back, older
 from searches import searched, sum_of
+from study_models import ishigami
 
 import kneecore.search.repair
 from kneecore import (
@@ -97,8 +98,9 @@ def test_json_follows_the_schema_and_comes_back(result):
     document["repair"]["rounds"][0].pop("gap_percent")
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(document, SCHEMA)
-    del document["repair"]
-    assert SearchResult.from_json(json.dumps(older(document))).repair is None
+    plain = json.loads(searched(SMALL, method="exact", search_space="surrogate").to_json())
+    del plain["repair"]
+    assert SearchResult.from_json(json.dumps(older(plain))).repair is None
 
 
 def test_the_command_gives_the_same_result_again(result, capsys):
@@ -125,6 +127,13 @@ def test_as_few_models_as_were_allowed():
         few = searched(SMALL, method="exact", repair=True, repair_models=allowed)
         assert few.repair.n_models <= allowed
         assert few.repair.rounds[0].n_models == 2
+
+
+@pytest.mark.parametrize(("most", "seed"), [(8, 1), (8, 2), (9, 0), (11, 1), (12, 0)])
+def test_no_more_models_than_were_allowed(most, seed):
+    asked = {"repair_models": most, "repair_gap_percent": 10.0, "training_samples": 10}
+    settings = SearchSettings(method="exact", repair=True, seed=seed, **asked)
+    assert worst_case(ishigami(), settings).repair.n_models <= most
 
 
 def test_a_goal_that_is_out_of_reach_is_told():

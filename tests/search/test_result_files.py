@@ -77,7 +77,9 @@ def test_failed_models_are_null_and_come_back(tmp_path):
     whole = searched(search_space="model", pop_size=20, n_generations=2)
     y = whole.y.copy()
     y[1] = np.nan
-    responses = {**whole.responses, "model_2": simulate(x)}
+    was = whole.responses["model_2"]
+    same = {name: getattr(was, name) for name in ("rest_length", "load_free_position")}
+    responses = {**whole.responses, "model_2": replace(simulate(x), **same)}
     failed = replace(whole, y=y, responses=responses, objective_model=None)
     document = json.loads(failed.to_json())
     jsonschema.validate(document, SCHEMA)

@@ -20,6 +20,7 @@ from study_models import (
 
 import kneecore
 from kneecore import (
+    AccuracyAllocationSettings,
     BoundSweepSettings,
     Cancelled,
     InfluenceSettings,
@@ -38,6 +39,7 @@ from kneecore import (
 MODELS = {"ishigami": ishigami, "borehole": borehole, "filter": Filter}
 SLICES = {"ishigami": ("x_1", "x_3"), "borehole": ("r_w", "H_u"), "filter": ("L", "C")}
 GOALS = {"ishigami": 9.0, "borehole": 200.0, "filter": -1.0}
+EASY = GOALS | {"borehole": 400.0}  # many searches of it take long
 
 
 @pytest.fixture(scope="module", params=MODELS)
@@ -61,6 +63,9 @@ def results(name):
         "needed_accuracy": kneecore.needed_accuracy(
             model, NeededAccuracySettings(within=GOALS[name], largest=1.0, tolerance=0.1)
         ),
+        "accuracy_allocation": kneecore.accuracy_allocation(
+            model, AccuracyAllocationSettings(within=EASY[name], tolerance=0.5)
+        ),
         "training_sweep": kneecore.training_sweep(
             model, TrainingSweepSettings(sizes=(30, 60), n_seeds=2, method="exact")
         ),
@@ -77,6 +82,7 @@ KINDS = (
     "landscape",
     "bound_sweep",
     "needed_accuracy",
+    "accuracy_allocation",
     "training_sweep",
     "surrogate_quality",
 )
@@ -124,6 +130,7 @@ class TestEveryResult:
         result = results[kind]
         document = result.to_dict()
         derived = {"answer", "n_searches", "share_of_outputs_outside"}
+        derived |= {"equal_cost", "cheapest_cost"}
         settings = {"samples", "sampling", "base_samples", "intervals", "training_samples"}
         settings |= {"seed", "test_points", "column"}  # the usual ones where there are none
         for key in document.keys() - derived - settings:

@@ -253,7 +253,7 @@ class TestCommand:
             (["bound", "--bounds-mm", "0"], "`--bounds-mm` is 0; a number above 0"),
             (["bound", "--case", "material"], "`--case` is 'material'"),
             (["bound", "--out", "/dev/null/x"], "a writable folder is allowed"),
-            ([], "Expected one of {training, bound}. (see --help)"),
+            ([], "Expected one of {training, bound, accuracy}. (see --help)"),
         ],
     )
     def test_a_users_mistake_gets_one_line_and_exit_code_2(self, capsys, arguments, said):

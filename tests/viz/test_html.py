@@ -1,15 +1,17 @@
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from searches import searched
 
-from kneecore import NAMES, Knee, ParameterSpace
+from kneecore import NAMES, Knee, ParameterSpace, simulate
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.views import theme
 from kneeviz.views.html import labels, pieces, readout
 from kneeviz.views.html.comparison import comparison
+from kneeviz.views.html.marks import marks_line, signs
 from kneeviz.views.html.result import bound_names, differences, objective_line
 
 EVIL = '<img src=x onerror="alert(1)">'
@@ -125,3 +127,36 @@ def test_a_sparkline_rises_with_its_values():
     heights = [float(y) for y in re.findall(r",([\d.]+)", line)]
     assert heights == sorted(heights, reverse=True)
     assert pieces.sparkline([1.0], "#000") == ""
+
+
+def at(*loads):
+    marked = np.zeros(12, dtype=bool)
+    marked[list(loads)] = True
+    return marked
+
+
+def test_marks_stand_behind_angles_and_below_the_chart_with_their_meaning():
+    knee = simulate(ParameterSpace().baseline)
+    marked = replace(knee, settled=~at(0), at_rest=~at(0, 6), implausible=at(5))
+    line = marks_line(marked)
+    assert re.sub(r" +", " ", text_of(line)).strip() == (
+        "Your knee: * not settled at +0.1 N·m; ~ not yet at rest at +0.1, \u22120.1 N·m; "
+        "! implausible at +5 N·m."
+    )
+    assert [text_of(signs(marked, k)).split() for k in (0, 1, 5, 6)] == [
+        ["*", "~"],
+        [],
+        ["!"],
+        ["~"],
+    ]
+    for told in (line, signs(marked, 0)):
+        assert told.count("title=") == told.count("cursor:help") > 0
+        assert "not within 0.1 deg of the same knee&#x27;s equilibrium" in told
+
+
+def test_nothing_is_marked_of_a_knee_without_marks():
+    knee = simulate(ParameterSpace().baseline)
+    still = replace(knee, settled=~at(), at_rest=~at(), implausible=at())
+    failed = replace(knee, refinements=-1, flexion=np.full(12, np.nan))
+    assert [marks_line(one) for one in (None, still, failed)] == ["", "", ""]
+    assert signs(failed, 0) == ""

@@ -48,7 +48,8 @@ def study(page, visitor):
     """The study's tab, with the landscape closed and nothing running or found."""
     found, tab = page.study, page.view.study
     eventually(lambda: found.job is None)
-    found.sampled = found.influence = found.paper = page.state.result = None
+    found.sampled = found.influence = found.paper = found.accuracy = None
+    page.state.result = None
     found.with_band = True
     if page.state.bounds.geometry_mm not in (None, 1.0):
         page.post(("bound", "geometry_mm"), asked(1.0))
@@ -227,6 +228,28 @@ class TestInfluence:
         eventually(lambda: page.search.job is None and page.state.result is not counted_for)
         third = json.loads(download(visitor, study.files[name], name))
         assert third["comparison"]["share_of_samples_below"] is None
+
+
+class TestAccuracy:
+    def test_bars_and_file_are_those_of_the_library(self, page, visitor, study):
+        visitor.set(widget(study.within), 4.0)
+        eventually(lambda: study.within.value == 4.0)
+        bound(visitor, page, 0.4)
+        press(visitor, study.runs["accuracy"])
+        eventually(lambda: page.study.accuracy is not None, 90.0)
+        found = page.study.accuracy
+        assert found.settings.within == 4.0
+        assert found.stated[0] == pytest.approx(0.4)
+        visitor.wait(lambda c: "Every knee extends to within 4 deg" in text(c, study.accuracy))
+        shown = text(visitor, study.accuracy)
+        assert shown.count("<title>") == len(found.names)
+        assert "10 % wider alone" in shown
+        name = "accuracy_allocation.json"
+        assert json.loads(download(visitor, study.files[name], name)) == found.to_dict()
+        bound(visitor, page, 0.8)
+        visitor.wait(lambda c: "Bounds changed" in text(c, study.accuracy))
+        visitor.set(widget(study.within), 5.0)
+        eventually(lambda: study.within.value == 5.0)
 
 
 class TestLandscape:

@@ -26,7 +26,8 @@ MOST_INDENTATION = 0.5
 
 _FLOOR, _FLOOR_TURN = 10.0, 1e-2  # N/m, N m/rad: the smallest pivots
 _LONGEST, _LONGEST_TURN = 0.001, 0.02  # m, rad: the longest step
-_NEAR, _NEAR_TURN = 1e-7, 1e-6  # m, rad: Newton's last step; it leaves an error of its square
+_NEAR, _NEAR_TURN = 1e-7, 1e-6  # m, rad: the last step where the floors have shortened it
+_SQUARE, _SQUARE_TURN = 1e-5, 1e-4  # m, rad: Newton's own last step; it leaves about its square
 _NOISE = 1e-14  # of the energy: its rounding
 _SHORTEST = 1e-4  # share of Newton's step
 _FARTHEST = 0.1  # rad: nobody would call that near
@@ -59,7 +60,13 @@ def _descend(rows: FloatArray, moments: FloatArray, poses: FloatArray, turns: Fl
                 turn = (moment - h[3] + l31 * h[1] - m32 / d2 * b2) / d3
                 dy = (b2 - m32 * turn) / d2
                 dx = -h[1] / d1 - l21 * dy - l31 * turn
-                far = max(abs(dx) / _LONGEST, abs(dy) / _LONGEST, abs(turn) / _LONGEST_TURN)
+                shift = max(abs(dx), abs(dy))
+                whole = d1 > _FLOOR and d2 > _FLOOR and d3 > _FLOOR_TURN
+                near, near_turn = (_SQUARE, _SQUARE_TURN) if whole else (_NEAR, _NEAR_TURN)
+                if shift < near and abs(turn) < near_turn:
+                    turns[i, k] = psi + turn
+                    break
+                far = max(shift / _LONGEST, abs(turn) / _LONGEST_TURN)
                 step, energy = 1.0 / max(far, 1.0), h[0] - moment * psi
                 all_terms(row, x + step * dx, y + step * dy, psi + step * turn, h)
                 while (
@@ -70,9 +77,6 @@ def _descend(rows: FloatArray, moments: FloatArray, poses: FloatArray, turns: Fl
                     all_terms(row, x + step * dx, y + step * dy, psi + step * turn, h)
                 x, y, psi = x + step * dx, y + step * dy, psi + step * turn
                 if abs(psi - poses[i, k, 2]) > _FARTHEST:
-                    break
-                if max(abs(dx), abs(dy)) < _NEAR and abs(turn) < _NEAR_TURN:
-                    turns[i, k] = psi
                     break
 
 

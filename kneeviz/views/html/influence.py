@@ -14,11 +14,11 @@ from kneecore.knee.parameters import STRUCTURE
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
 from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.svg import LABELS, ROW, WIDTH, drawing, rect
+from kneeviz.views.html.svg import text as label_at
 
 FloatArray = NDArray[np.float64]
 
-_WIDTH, _LABELS = 362.0, 112.0  # of the drawing, and of the names' column
-_ROW = 13.0
 _GROUP_OF = {row[0]: row[1] for row in STRUCTURE}
 _ORDER = np.argsort(-MOMENT)
 _TITLES = {"acl": "ACL", "pcl": "PCL", "mcl": "MCL", "lcl": "LCL"}
@@ -26,17 +26,6 @@ _TITLES = {"acl": "ACL", "pcl": "PCL", "mcl": "MCL", "lcl": "LCL"}
 
 def _hue(name: str, colours: theme.Palette) -> str:
     return theme.group_colour(_GROUP_OF[name], colours)
-
-
-def _svg(height: float, body: str) -> str:
-    return (
-        f'<svg viewBox="0 0 {_WIDTH:g} {height:g}" width="100%" style="display:block;'
-        f'font-variant-numeric:tabular-nums" fill="currentColor" font-size="10.5">{body}</svg>'
-    )
-
-
-def _text(x: float, y: float, text: str, *, anchor: str = "start", extra: str = "") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" {extra}>{text}</text>'
 
 
 def _percent(value: float) -> str:
@@ -61,15 +50,15 @@ def bars(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
     whisker = None if interval is None else interval[:, load]
     end = _scale_end(total if whisker is None else np.maximum(total, whisker[1]))
     order = np.argsort(-total, kind="stable")
-    top, left, right = 4.0, _LABELS + 4.0, _WIDTH - 34.0
-    bottom = top + _ROW * len(order)
+    top, left, right = 4.0, LABELS + 4.0, WIDTH - 34.0
+    bottom = top + ROW * len(order)
 
     def at(value: float) -> float:
         return left + (right - left) * min(max(value / end, 0.0), 1.0)
 
     parts = [_bar_axis(at, end, top, bottom)]
     for row, k in enumerate(order):
-        name, y = found.names[k], top + _ROW * row
+        name, y = found.names[k], top + ROW * row
         hue = _hue(name, colours)
         both = [("total", total[k], interval), ("alone", first[k], None)]
         if found.indices.first_order_interval is not None:
@@ -77,14 +66,14 @@ def bars(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
         told = "; ".join(_told(word, value, span, load, k) for word, value, span in both)
         parts.append(
             f"<g><title>{pieces.escape(parameter_label(name))}: {told}</title>"
-            + _text(_LABELS, y + 0.76 * _ROW, pieces.escape(parameter_label(name)), anchor="end")
-            + _rect(left, y + 2.0, at(total[k]) - left, _ROW - 4.0, hue, 0.38)
-            + _rect(left, y + 2.0, at(min(first[k], total[k])) - left, _ROW - 4.0, hue, 1.0)
-            + ("" if whisker is None else _whisker(at, whisker[:, k], y + 0.5 * _ROW))
-            + _text(_WIDTH, y + 0.76 * _ROW, f"{_percent(total[k])} %", anchor="end")
+            + label_at(LABELS, y + 0.76 * ROW, pieces.escape(parameter_label(name)), anchor="end")
+            + rect(left, y + 2.0, at(total[k]) - left, ROW - 4.0, hue, 0.38)
+            + rect(left, y + 2.0, at(min(first[k], total[k])) - left, ROW - 4.0, hue, 1.0)
+            + ("" if whisker is None else _whisker(at, whisker[:, k], y + 0.5 * ROW))
+            + label_at(WIDTH, y + 0.76 * ROW, f"{_percent(total[k])} %", anchor="end")
             + "</g>"
         )
-    return _svg(bottom + 30.0, "".join(parts))
+    return drawing(bottom + 30.0, "".join(parts))
 
 
 def _told(word: str, value: float, interval: FloatArray | None, load: int, k: int) -> str:
@@ -92,13 +81,6 @@ def _told(word: str, value: float, interval: FloatArray | None, load: int, k: in
         return f"{word} {100.0 * value:.1f} %"
     low, high = 100.0 * interval[:, load, k]
     return f"{word} {100.0 * value:.1f} % (95 %: {low:.1f} to {high:.1f})"
-
-
-def _rect(x: float, y: float, width: float, height: float, hue: str, opacity: float) -> str:
-    return (
-        f'<rect x="{x:.1f}" y="{y:.1f}" width="{max(width, 0.0):.1f}" height="{height:.1f}" '
-        f'fill="{hue}" fill-opacity="{opacity:.2f}"/>'
-    )
 
 
 def _whisker(at: Any, interval: FloatArray, y: float) -> str:
@@ -115,27 +97,29 @@ def _bar_axis(at: Any, end: float, top: float, bottom: float) -> str:
         parts.append(
             f'<path d="M{x:.1f} {top:.1f}V{bottom:.1f}" stroke="currentColor" '
             f'stroke-opacity="0.15"/>'
-            + _text(x, bottom + 11.0, _percent(float(value)), anchor="middle")
+            + label_at(x, bottom + 11.0, _percent(float(value)), anchor="middle")
         )
     title = "Share of the variance of the angle (total Sobol index), %"
-    return "".join(parts) + _text(_WIDTH, bottom + 25.0, title, anchor="end")
+    return "".join(parts) + label_at(WIDTH, bottom + 25.0, title, anchor="end")
 
 
 def heat_map(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
     """Return the total indices of all parameters at all loads; the chosen load is framed."""
     total = found.indices.total_order
     end = _scale_end(total)
-    left, top = _LABELS + 4.0, 30.0
-    cell = (_WIDTH - left) / len(MOMENT)
-    bottom = top + _ROW * len(found.names)
-    parts = [_text(left, 10.0, "External moment (N·m), extension +")]
+    left, top = LABELS + 4.0, 30.0
+    cell = (WIDTH - left) / len(MOMENT)
+    bottom = top + ROW * len(found.names)
+    parts = [label_at(left, 10.0, "External moment (N·m), extension +")]
     for column, k in enumerate(_ORDER):
         x = left + cell * column
         text = ("+" if MOMENT[k] > 0 else "\u2212") + f"{abs(MOMENT[k]):g}"
-        parts.append(_text(x + 0.5 * cell, top - 5.0, text, anchor="middle", extra='font-size="9"'))
+        parts.append(
+            label_at(x + 0.5 * cell, top - 5.0, text, anchor="middle", extra='font-size="9"')
+        )
     for row, name in enumerate(found.names):
-        y, label = top + _ROW * row, pieces.escape(parameter_label(name))
-        parts.append(_text(_LABELS, y + 0.76 * _ROW, label, anchor="end"))
+        y, label = top + ROW * row, pieces.escape(parameter_label(name))
+        parts.append(label_at(LABELS, y + 0.76 * ROW, label, anchor="end"))
         hue = _hue(name, colours)
         for column, k in enumerate(_ORDER):
             parts.append(_cell(left + cell * column, y, cell, total[k, row], end, hue, label, k))
@@ -144,7 +128,7 @@ def heat_map(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
         f'<rect x="{framed:.1f}" y="{top:.1f}" width="{cell:.1f}" height="{bottom - top:.1f}" '
         'fill="none" stroke="currentColor" stroke-width="1.2"/>'
     )
-    return _svg(bottom + 4.0, "".join(parts))
+    return drawing(bottom + 4.0, "".join(parts))
 
 
 def _cell(
@@ -154,10 +138,12 @@ def _cell(
     share = min(max(value / end, 0.0), 1.0) if known else 0.0
     told = f"{100.0 * value:.1f} %" if known else "the angle does not vary"
     body = f"<title>{label} at {MOMENT[load]:+g} N·m: {told}</title>"
-    body += _rect(x + 0.5, y + 0.5, width - 1.0, _ROW - 1.0, hue, 0.05 + 0.95 * share)
+    body += rect(x + 0.5, y + 0.5, width - 1.0, ROW - 1.0, hue, 0.05 + 0.95 * share)
     if known and value >= 0.05:
         ink = 'font-size="8.5"' + (' fill="#fff"' if share > 0.5 else "")
-        body += _text(x + 0.5 * width, y + 0.74 * _ROW, _percent(value), anchor="middle", extra=ink)
+        body += label_at(
+            x + 0.5 * width, y + 0.74 * ROW, _percent(value), anchor="middle", extra=ink
+        )
     return f"<g>{body}</g>"
 
 
@@ -215,29 +201,29 @@ def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:
     values = found.slopes[:, load]
     order = np.argsort(-np.abs(values).sum(axis=0), kind="stable")
     end = max(float(np.abs(values).max()), 1e-9)
-    left, top = _LABELS + 4.0, 18.0
-    middle = 0.5 * (left + _WIDTH)
-    half, bottom = 0.5 * (_WIDTH - left), top + _ROW * len(order)
+    left, top = LABELS + 4.0, 18.0
+    middle = 0.5 * (left + WIDTH)
+    half, bottom = 0.5 * (WIDTH - left), top + ROW * len(order)
     parts = [
         f'<path d="M{middle:.1f} {top - 2.0:.1f}V{bottom:.1f}" stroke="currentColor" '
         'stroke-opacity="0.5"/>',
-        _text(left, 10.0, "more extended"),
-        _text(_WIDTH, 10.0, "more flexed", anchor="end"),
+        label_at(left, 10.0, "more extended"),
+        label_at(WIDTH, 10.0, "more flexed", anchor="end"),
     ]
     for row, k in enumerate(order):
-        y = top + _ROW * row
+        y = top + ROW * row
         label = pieces.escape(parameter_label(found.names[k]))
         one, two = (pieces.number(float(v), 2, "°") for v in values[:, k])
         parts.append(f"<g><title>{label}: model 1 {one}, model 2 {two}</title>")
-        parts.append(_text(_LABELS, y + 0.76 * _ROW, label, anchor="end"))
+        parts.append(label_at(LABELS, y + 0.76 * ROW, label, anchor="end"))
         for m, hue in enumerate((colours.model_1, colours.model_2)):
             size = half * float(values[m, k]) / end
             start = middle + min(size, 0.0)
-            parts.append(_rect(start, y + 1.5 + 5.0 * m, abs(size), 4.5, hue, 1.0))
+            parts.append(rect(start, y + 1.5 + 5.0 * m, abs(size), 4.5, hue, 1.0))
         parts.append("</g>")
     words = (
         f"Change of the angle at {MOMENT[load]:+g} N·m for one half-range more of each parameter, "
         f'at <b style="color:{colours.model_1}">model 1</b> and <b style="color:'
         f'{colours.model_2}">model 2</b>; the longest bar is {pieces.number(end, 1)}°.'
     )
-    return f"<div>{words}</div>" + _svg(bottom + 2.0, "".join(parts))
+    return f"<div>{words}</div>" + drawing(bottom + 2.0, "".join(parts))

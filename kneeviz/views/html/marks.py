@@ -11,10 +11,14 @@ _SHORT = {
 }
 
 
+_HELP = 'style="cursor:help;text-decoration:underline dotted"'
+"""Shows that more is told on hovering."""
+
+
 def signs(response: Response, k: int) -> str:
     """Return the signs behind the angle at load `k`; their meaning shows on hovering."""
     return "".join(
-        f' <span title="{escape(MEANINGS[sign])}">{escape(sign)}</span>'
+        f' <span {_HELP} title="{escape(MEANINGS[sign])}">{escape(sign)}</span>'
         for sign in mark(response, k)
     )
 
@@ -28,7 +32,6 @@ def marks_line(response: Response | None) -> str:
         at = [k for k in range(len(MOMENT)) if sign in mark(response, k)]
         if at:
             loads = ", ".join(f"{MOMENT[k]:+g}".replace("-", "\u2212") for k in at)
-            told.append(
-                f'<span title="{escape(MEANINGS[sign])}">{sign} {words} at {loads} N·m</span>'
-            )
+            meant = f'<span {_HELP} title="{escape(MEANINGS[sign])}">{sign} {words}</span>'
+            told.append(f"{meant} at {loads} N·m")
     return box(faint("Your knee: " + "; ".join(told) + ".")) if told else ""

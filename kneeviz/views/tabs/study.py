@@ -62,6 +62,12 @@ class StudyTab:
                 hint="Which parameters decide each angle: Sobol indices from some 30,000 knees. "
                 "Charts in the tab “Influence” on the left.",
             ),
+            "accuracy": gui.add_button(
+                "Needed accuracy",
+                color="gray",
+                hint="Which measurement must be how good for every knee to extend far enough: one "
+                "tolerance for all, and the cheapest. Some 40 exact searches.",
+            ),
             "report": gui.add_button(
                 "The paper, claim by claim",
                 color="gray",
@@ -73,6 +79,7 @@ class StudyTab:
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
         self.judged = gui.add_html("")
+        self.accuracy = gui.add_html("")
         self.sampled = gui.add_html("")
         self.band = gui.add_checkbox("Band", True, visible=False, hint="Behind the curves.")
 
@@ -91,6 +98,14 @@ class StudyTab:
                 hint="Of the indices; each costs as many models as there are free parameters, and "
                 "two more. More rows, narrower intervals.",
             )
+            self.within = gui.add_number(
+                "Extends to (°)",
+                5.0,
+                min=-30.0,
+                max=90.0,
+                step=0.5,
+                hint="Of the needed accuracy: the flexion that may be left at +5 N·m.",
+            )
             self.quick = gui.add_checkbox(
                 "Quick paper",
                 True,
@@ -106,6 +121,9 @@ class StudyTab:
                 "uncertainty.json": gui.add_button("Study (uncertainty.json)", disabled=True),
                 "influence.json": gui.add_button("Influence (influence.json)", disabled=True),
                 "influence.csv": gui.add_button("Influence (influence.csv)", disabled=True),
+                "accuracy_allocation.json": gui.add_button(
+                    "Accuracy (accuracy_allocation.json)", disabled=True
+                ),
                 "paper.html": gui.add_button("The paper (paper.html)", disabled=True),
                 "paper.zip": gui.add_button("The paper, all files (.zip)", disabled=True),
             }
