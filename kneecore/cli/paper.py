@@ -22,8 +22,8 @@ class Options:
     """Redo the paper of Ciszkiewicz & Dumas 2024 and judge it claim by claim.
 
     Three cases, repeated searches in the surrogate and in the true model, 10,000 samples; then each
-    claim beside our value: agrees, differs, or cannot be compared. The packaged baseline is a
-    reconstruction: the paper's parameter table is not available.
+    claim beside our value: agrees, differs, indifferent (it hardly moves f), or cannot be compared.
+    The packaged baseline is a reconstruction: the paper's parameter table is not available.
     """
 
     quick: bool = False

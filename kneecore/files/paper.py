@@ -12,7 +12,7 @@ from kneecore.files.origin import read_versions
 from kneecore.files.study import STUDY_FILE, Study
 from kneecore.numbers import plain
 from kneecore.numerics.sampling_options import check_seed
-from kneecore.paper.claims import Claim, Evidence, Paper, Rule
+from kneecore.paper.claims import Claim, Fit, Paper, Rule
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import OUTCOMES, Verdict
@@ -49,6 +49,8 @@ def _verdict_table(verdict: Verdict) -> dict[str, Any]:
     return {
         "id": claim.id,
         "section": claim.section,
+        # Earlier files name no figure; what they lack is not made up.
+        **({"figure": claim.figure} if claim.figure else {}),
         "statement": claim.statement,
         "paper": claim.paper,
         "rule": claim.rule,
@@ -58,7 +60,7 @@ def _verdict_table(verdict: Verdict) -> dict[str, Any]:
         "unit": claim.unit,
         "outcome": verdict.outcome,
         "why": verdict.why,
-        "evidence": claim.evidence,
+        "evidence": claim.fit,
     }
 
 
@@ -94,12 +96,13 @@ def _read_verdict(table: dict[str, Any]) -> Verdict:
     claim = Claim(
         id=_text(table, "id"),
         section=_text(table, "section"),
+        figure=_text(table, "figure") if "figure" in table else "",
         statement=_text(table, "statement"),
         paper=_text(table, "paper"),
         measure="",
         unit=_text(table, "unit"),
         rule=choice("rule", table["rule"], get_args(Rule)),
-        evidence=choice("evidence", table["evidence"], get_args(Evidence)),
+        fit=choice("evidence", table["evidence"], get_args(Fit)),
         limit=number_or_none(table, "limit"),
         tolerance=number_or_none(table, "tolerance"),
     )

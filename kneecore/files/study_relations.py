@@ -14,6 +14,7 @@ from kneecore.files.study import Study
 from kneecore.knee.model import Knee
 from kneecore.numerics.sampling import n_drawn
 from kneecore.numerics.sampling_options import check_count
+from kneecore.paper.finding import Finding
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import judge
 from kneecore.study.accuracy_allocation import AccuracyAllocation, members_of, stated_tolerances
@@ -259,7 +260,9 @@ def _paper(report: PaperReport) -> None:
         claim = verdict.claim
         if claim.rule != "none" and claim.limit is None:
             raise FileFormatError(f"`limit` of the claim {claim.id!r} is missing; its rule has one")
-        outcome = judge(verdict.claim, verdict.values).outcome
+        # What f does when a parameter is turned round is not in the file but in words.
+        told = Finding(values=verdict.values, indifferent=verdict.outcome == "indifferent")
+        outcome = judge(verdict.claim, told).outcome
         if verdict.outcome != outcome:
             raise FileFormatError(
                 f"`outcome` of the claim {verdict.claim.id!r} is {verdict.outcome!r}; {outcome!r} "

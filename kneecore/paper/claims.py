@@ -11,8 +11,8 @@ from kneecore._assets import asset_path
 __all__ = ["Claim", "Paper", "packaged_paper"]
 
 CLAIMS_FILE = "paper.toml"
-Rule = Literal["among", "within", "above", "below", "none"]
-Evidence = Literal["fitted", "related", "not fitted"]
+Rule = Literal["among", "within", "above", "below", "at least", "at most", "none"]
+Fit = Literal["fitted", "related", "not fitted"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +21,7 @@ class Claim:
 
     id: str
     section: str
-    """Where the paper says so, as far as it is known here."""
+    """Where the paper says so, as far as it is known here, such as 3.1."""
     statement: str
     """The claim, in our words."""
     paper: str
@@ -31,15 +31,23 @@ class Claim:
     unit: str
     """Unit of the measure and of `limit`."""
     rule: Rule
-    """`among` our values, `within` a tolerance, `above`, `below`, or `none`: nothing to judge."""
-    evidence: Evidence
+    """`among` our values, `within` a tolerance, `above`, `below`; `at least` or `at most` in the
+    exact optimum and in more than half of the seeds; or `none`: nothing to judge."""
+    fit: Fit
     """Whether the baseline was fitted to it: agreeing with what was fitted tells nothing."""
+    figure: str = ""
+    """The paper's figure that shows it, if one does."""
     limit: float | None = None
     """What our value is held against; None for the rule `none`."""
     tolerance: float | None = None
     """Half-width around `limit`, for the rule `within`."""
     note: str = ""
     """How words were made a number, or why there is nothing to judge."""
+
+    @property
+    def place(self) -> str:
+        """Section and figure, as a reader looks them up."""
+        return f"{self.section}, {self.figure}" if self.figure else self.section
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,8 +4,8 @@ Examples
 --------
 >>> import kneecore
 >>> report = kneecore.redo_paper(quick=True)
->>> {verdict.outcome for verdict in report.verdicts} <= {"agrees", "differs", "cannot be compared"}
-True
+>>> report.by_outcome("agrees")[0].claim.statement
+'The baseline comes to rest at every load'
 """
 
 import time

@@ -54,6 +54,15 @@ class PaperReport(Presented):
         """Return the verdicts with an outcome."""
         return tuple(v for v in self.verdicts if v.outcome == outcome)
 
+    @property
+    def not_fitted(self) -> tuple[Verdict, ...]:
+        """The verdicts that are evidence: not fitted, and there was something to compare."""
+        return tuple(
+            v
+            for v in self.verdicts
+            if v.claim.fit == "not fitted" and v.outcome != "cannot be compared"
+        )
+
     def markdown(self) -> str:
         """Return the report as Markdown; its figures are files beside it."""
         return _documents().markdown(self)

@@ -1,4 +1,4 @@
-"""One claim of the paper beside our values: agrees, differs, or cannot be compared."""
+"""One claim of the paper beside our values: what became of it."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,12 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.paper.claims import Claim
 from kneecore.paper.experiments import Experiments
+from kneecore.paper.finding import Finding
 from kneecore.paper.measures import MEASURES
 
 __all__ = ["OUTCOMES", "Outcome", "Verdict", "judge", "judge_all", "shown"]
 
-Outcome = Literal["agrees", "differs", "cannot be compared"]
-OUTCOMES: tuple[Outcome, ...] = ("agrees", "differs", "cannot be compared")
+Outcome = Literal["agrees", "differs", "indifferent", "cannot be compared"]
+OUTCOMES: tuple[Outcome, ...] = ("agrees", "differs", "indifferent", "cannot be compared")
+_BY_PAIR = ("at least", "at most")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,7 +24,8 @@ class Verdict:
 
     claim: Claim
     values: NDArray[np.float64]
-    """Our values: one, or one for each seed; NaN where a model failed."""
+    """Our values: one, or one for each seed, for `at least` and `at most` with that of the exact
+    optimum first; NaN where a model failed."""
     outcome: Outcome
     why: str
     """The comparison in words, and how it was read."""
@@ -36,8 +39,19 @@ class Verdict:
         unit = f" {self.claim.unit}".rstrip()
         if len(self.values) == 1:
             return f"{shown(known[0])}{unit}"
-        low, high = shown(known.min()), shown(known.max())
-        return f"{shown(float(np.median(known)))}{unit} ({low} to {high}, {len(known)} seeds)"
+        if self.claim.rule in _BY_PAIR:
+            exact, seeds = self.values[0], self.values[1:]
+            first = shown(float(exact)) + unit if np.isfinite(exact) else "failed"
+            return f"exact: {first}; {_middle(seeds[np.isfinite(seeds)], '')}"
+        return _middle(known, unit)
+
+
+def _middle(known: NDArray[np.float64], unit: str) -> str:
+    """Return the middle one of several seeds' values, and their range."""
+    if not len(known):
+        return "no seed"
+    low, high = shown(float(known.min())), shown(float(known.max()))
+    return f"{shown(float(np.median(known)))}{unit} ({low} to {high}, {len(known)} seeds)"
 
 
 def shown(value: float) -> str:
@@ -46,24 +60,27 @@ def shown(value: float) -> str:
     return "0" if text == "-0" else text
 
 
-def judge(claim: Claim, values: ArrayLike) -> Verdict:
+def judge(claim: Claim, found: ArrayLike | Finding) -> Verdict:
     """Hold our values against a claim by the claim's own rule.
 
-    Values that are not finite are left out, and told of; with none left there is no verdict.
+    Values that are not finite are left out, and told of; with none left, or without the exact
+    optimum's where it is asked for, there is no verdict.
     """
-    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    finding = found if isinstance(found, Finding) else Finding(values=np.asarray(found))
+    array = np.atleast_1d(np.asarray(finding.values, dtype=np.float64))
     known = array[np.isfinite(array)]
     outcome: Outcome = "cannot be compared"
     if claim.rule == "none":
         why = claim.note
-    elif not len(known):
+    elif not len(known) or (claim.rule in _BY_PAIR and not np.isfinite(array[0])):
         why = "No model gave an answer."
     else:
         holds, words = _held_against(claim, known)
-        outcome = "agrees" if holds else "differs"
+        outcome = "agrees" if holds else ("indifferent" if finding.indifferent else "differs")
         missing = len(array) - len(known)
-        told = f"{missing} of {len(array)} searches ended in a failed model. " if missing else ""
-        why = f"{words} {told}{claim.note}".rstrip()
+        if missing:
+            words += f" {missing} of {len(array)} searches ended in a failed model."
+        why = " ".join(part for part in (words, finding.told, claim.note) if part)
     return Verdict(claim=claim, values=array, outcome=outcome, why=why)
 
 
@@ -74,6 +91,8 @@ def _held_against(claim: Claim, known: NDArray[np.float64]) -> tuple[bool, str]:
     unit = f" {claim.unit}".rstrip()
     low, high = float(known.min()), float(known.max())
     ours = shown(low) if low == high else f"{shown(low)} to {shown(high)}"
+    if claim.rule in _BY_PAIR:
+        return _held_by_pairs(claim, limit, known)
     if claim.rule == "among":
         holds = low <= limit <= high
         lies = "within" if holds else "outside of"
@@ -87,6 +106,16 @@ def _held_against(claim: Claim, known: NDArray[np.float64]) -> tuple[bool, str]:
         holds = low > limit if claim.rule == "above" else high < limit
         words = f"{claim.rule} {shown(limit)}"
     return holds, f"{ours}{unit} is {'' if holds else 'not '}{words}."
+
+
+def _held_by_pairs(claim: Claim, limit: float, known: NDArray[np.float64]) -> tuple[bool, str]:
+    """Return whether the exact optimum and more than half of the seeds fulfil a claim."""
+    fulfils = known >= limit if claim.rule == "at least" else known <= limit
+    exact, n, total = bool(fulfils[0]), int(np.count_nonzero(fulfils[1:])), len(known) - 1
+    wanted = f"{claim.rule} {shown(limit)} {claim.unit}".rstrip()
+    words = f"{wanted[0].upper()}{wanted[1:]}: {'' if exact else 'not '}in the exact optimum"
+    holds = exact and 2 * n > total
+    return holds, f"{words}, and in {n} of {total} seeds."
 
 
 def judge_all(claims: tuple[Claim, ...], done: Experiments) -> tuple[Verdict, ...]:

@@ -7,8 +7,9 @@ from rich.text import Text
 from kneecore.figures.paper import draw
 from kneecore.figures.style import render
 from kneecore.knee.space import ParameterSpace
+from kneecore.paper.claims import packaged_paper
 from kneecore.paper.result import Documents, PaperReport
-from kneecore.paper.verdict import Verdict
+from kneecore.paper.verdict import OUTCOMES, Outcome, Verdict
 from kneecore.report import paper_experiments as told
 from kneecore.report import tables
 from kneecore.report.blocks import (
@@ -23,24 +24,47 @@ from kneecore.report.blocks import (
 
 __all__ = ["TIMES", "WORDS", "markdown", "page", "report_blocks"]
 
-TIMES = ("time_main", "time_surrogate", "time_model", "orders_of_magnitude", "time_sampling")
+TIMES = (
+    "time_main",
+    "time_surrogate",
+    "time_model",
+    "orders_of_magnitude",
+    "time_sampling",
+    "more_training_slower",
+)
 """Claims about times: their values change from run to run."""
-_COLUMNS = ("claim", "section", "the paper", "ours", "verdict", "evidence", "why")
+_COLUMNS = ("claim", "section", "the paper", "ours", "verdict", "fit", "why")
 
 
 def verdict_sentences(report: PaperReport) -> tuple[str, str]:
     """Return how many claims hold, and how many of those the baseline was not fitted to."""
-    n = {outcome: len(report.by_outcome(outcome)) for outcome in ("agrees", "differs")}
-    total = len(report.verdicts)
-    rest = total - n["agrees"] - n["differs"]
-    free = [v for v in report.verdicts if v.claim.evidence == "not fitted"]
-    agree = sum(v.outcome == "agrees" for v in free)
-    differ = sum(v.outcome == "differs" for v in free)
+    n = {outcome: len(report.by_outcome(outcome)) for outcome in OUTCOMES}
+    free = report.not_fitted
+    held = {outcome: sum(v.outcome == outcome for v in free) for outcome in OUTCOMES}
     return (
-        f"Of {total} claims {n['agrees']} agree, {n['differs']} differ and {rest} cannot be "
+        f"Of {len(report.verdicts)} claims {_counted(n)} and {n['cannot be compared']} cannot be "
         "compared.",
-        f"Of those that the packaged baseline was not fitted to, {agree} agree and {differ} "
-        "differ; only these are evidence.",
+        f"Of the {len(free)} that the packaged baseline was not fitted to and that can be "
+        f"compared, {_counted(held, last=' and ')}; only these are evidence.",
+    )
+
+
+def _counted(n: Mapping[Outcome, int], *, last: str = ", ") -> str:
+    """Return how many agree and differ, and how many are indifferent if any are."""
+    parts = [f"{n['agrees']} agree", f"{n['differs']} differ"]
+    if n["indifferent"]:
+        parts.append(f"{n['indifferent']} {'is' if n['indifferent'] == 1 else 'are'} indifferent")
+    return last.join([", ".join(parts[:-1]), parts[-1]])
+
+
+def _other_list(report: PaperReport) -> str:
+    """Say so if the report judges another list of claims than this version has; empty if not."""
+    ours, theirs = len(packaged_paper().claims), len(report.verdicts)
+    if {v.claim.id for v in report.verdicts} == {c.id for c in packaged_paper().claims}:
+        return ""
+    return (
+        f"This report judges {theirs} claims by an older or newer list; this version of kneecore "
+        f"has {ours}. Run python -m kneecore.paper again to judge those."
     )
 
 
@@ -77,6 +101,8 @@ def _opening(report: PaperReport) -> list[Block]:
                 warning=True,
             )
         )
+    if other := _other_list(report):
+        blocks.append(Paragraph(other, warning=True))
     return [*blocks, Paragraph(" ".join(verdict_sentences(report)))]
 
 
@@ -104,11 +130,11 @@ def _verdicts(verdicts: Sequence[Verdict]) -> list[Block]:
     rows = [
         (
             v.claim.statement,
-            v.claim.section,
+            v.claim.place,
             v.claim.paper,
             v.ours,
             v.outcome,
-            v.claim.evidence,
+            v.claim.fit,
             v.why,
         )
         for v in verdicts
@@ -117,10 +143,13 @@ def _verdicts(verdicts: Sequence[Verdict]) -> list[Block]:
         Heading("Verdicts"),
         Table(_COLUMNS, rows, marked=_COLUMNS.index("verdict")),
         Paragraph(
-            "Evidence: fitted - the packaged baseline was fitted to this claim, so that agreeing "
-            "tells nothing; related - not a target of the fit, but close to one; not fitted - "
-            "agreeing is evidence. All angles, forces and positions are the true model's; the "
-            "surrogate's f stands only beside the true one. Model 1 is the knee that over-extends, "
+            "Fit: fitted - the packaged baseline was fitted to this claim, so that agreeing tells "
+            "nothing; related - not a target of the fit, but close to one; not fitted - agreeing "
+            "is evidence. Indifferent - what speaks against the claim hardly moves f. Where "
+            "worst-case pairs are looked at, a claim has to hold for that of the exact search and "
+            "for those of more than half of the seeds. All angles, forces and positions are the "
+            "true model's; the surrogate's f stands only beside the true one. Model 1 is the knee "
+            "that over-extends, "
             "model 2 the one that cannot extend."
         ),
     ]
@@ -138,7 +167,7 @@ def _times(report: PaperReport) -> list[Block]:
             "Ours are the optimisation, or the sampling, alone: the median of the searches, "
             "compilation excluded. The whole run took "
             f"{report.seconds:.1f} s, compilation included. Machines and programs differ: "
-            "the times are set side by side, not judged."
+            "seconds are set side by side, not judged."
         ),
     ]
 
@@ -159,19 +188,18 @@ def _page(report: PaperReport) -> str:
 
 
 def _text(report: PaperReport, *, html: bool = False) -> str:
-    rows = tables.table(
-        "The paper, claim by claim", "claim", "paper", "ours", "verdict", "evidence"
-    )
+    rows = tables.table("The paper, claim by claim", "claim", "paper", "ours", "verdict", "fit")
     for column, width in zip(rows.columns, (30, 12, 16, 18, 10), strict=True):
         column.no_wrap, column.width = False, width
     rows.columns[3].justify = rows.columns[4].justify = "left"
     for v in report.verdicts:
-        rows.add_row(v.claim.statement, v.claim.paper, v.ours, v.outcome, v.claim.evidence)
+        rows.add_row(v.claim.statement, v.claim.paper, v.ours, v.outcome, v.claim.fit)
     quick = "Quick: smaller searches and fewer samples than the paper's.\n" * report.quick
     below = (
         "\n".join(verdict_sentences(report))
         + f"\n{quick}{report.machine}; {report.seconds:.1f} s.\n"
         + _baseline(report)
+        + f"\n{_other_list(report)}".rstrip()
     )
     return tables.render([rows, Text(below)], html=html)
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kneecore.figures.paper import CAPTIONS, INFLUENCE_FIGURE
 from kneecore.knee.extension import extension_difference_percent
@@ -10,7 +11,7 @@ from kneecore.knee.parameters import LIGAMENTS
 from kneecore.knee.response import LARGEST_EXTENSION, LARGEST_FLEXION, MOMENT
 from kneecore.paper.experiments import Experiments
 from kneecore.paper.geometry_changes import ATTACHMENTS, GeometryChange, geometry_changes
-from kneecore.paper.measures import ap_slopes
+from kneecore.paper.measures.knees import ap_slopes
 from kneecore.paper.verdict import shown
 from kneecore.report.blocks import Block, Heading, Paragraph, Picture, Table
 from kneecore.report.influence import answer
@@ -24,9 +25,10 @@ def _search_row(name: str, run: SearchResult) -> tuple[str, ...]:
         return "-" if value is None else f"{value:.2f}"
 
     true = "failed" if run.objective_model is None else f"{run.objective_model:.2f}"
+    exact = run.settings.method == "exact"
     return (
         name,
-        f"{run.settings.pop_size} x {run.settings.n_generations}",
+        "climbs" if exact else f"{run.settings.pop_size} x {run.settings.n_generations}",
         str(run.settings.seed),
         text(run.objective_surrogate),
         true,
@@ -41,8 +43,11 @@ def searches(done: Experiments) -> list[Block]:
     """Return each search with its values."""
     rows = [_search_row(f"{case}, surrogate", run) for case, run in done.cases.items()]
     rows += [_search_row("both, surrogate, again", run) for run in done.repeats[1:]]
+    rows += [_search_row("geometry, surrogate, again", run) for run in done.geometry_repeats[1:]]
+    rows += [_search_row(f"{case}, exact, true model", run) for case, run in done.exact.items()]
     rows += [_search_row("both, surrogate, for comparison", run) for run in done.surrogate_runs]
     rows += [_search_row("both, true model", run) for run in done.model_runs]
+    rows += [_search_row("both, surrogate, twice the knees", run) for run in done.larger_runs]
     columns = (
         "search",
         "pairs x generations",
@@ -89,51 +94,64 @@ def figures(done: Experiments) -> list[Block]:
             continue
         blocks.append(Picture(f"{name}.png", caption))
         if name == "figure_2_geometry":
-            blocks += _figure_2(done.main)
+            blocks += _figure_2(done)
         if name == "figure_4_ap_displacement":
             blocks += _figure_4(done.main)
     return blocks
 
 
-def _figure_2(worst: SearchResult) -> list[Block]:
-    changes = geometry_changes(worst)
-    points = [
+def _figure_2(done: Experiments) -> list[Block]:
+    blocks: list[Block] = [
+        Heading("Figure 2 in numbers", level=3),
+        Paragraph(
+            "Each worst case less the baseline, in the load-free pose and in the femur's frame: "
+            "shifts along the baseline's plateau (anterior > 0) and across it (proximal > 0). The "
+            "tibia's attachments move with the tibia too, which moves until the circle just "
+            "touches the plateau. Last, what becomes of f when one stiffness is turned round."
+        ),
+    ]
+    named = (("The exact optimum.", done.exact["both"], 0), ("The surrogate's pair.", done.main, 1))
+    for title, worst, pair in named:
+        changes = geometry_changes(worst)
+        blocks += [Paragraph(title), _shifts(changes), _lines(changes, done.turned_percent[pair])]
+    return blocks
+
+
+def _shifts(changes: Sequence[GeometryChange]) -> Table:
+    rows = [
         (
             _attachment(name),
             *(f"{value:+.2f}" for c in changes for value in (c.along_mm[k], c.across_mm[k])),
         )
         for k, name in enumerate(ATTACHMENTS)
     ]
-    lines = [(name.upper(), *_line_cells(changes, k)) for k, name in enumerate(LIGAMENTS)]
-    return [
-        Heading("Figure 2 in numbers", level=3),
-        Paragraph(
-            "Each worst case less the baseline, in the load-free pose and in the femur's frame: "
-            "shifts along the baseline's plateau (anterior > 0) and across it (proximal > 0). The "
-            "tibia's attachments move with the tibia too, which moves until the circle just "
-            "touches the plateau."
-        ),
-        Table(
-            (
-                "attachment",
-                "model 1 along, mm",
-                "model 1 across, mm",
-                "model 2 along, mm",
-                "model 2 across, mm",
-            ),
-            points,
-        ),
-        Table(
-            (
-                "ligament",
-                "model 1 turned by, deg",
-                "model 1 stiffness, %",
-                "model 2 turned by, deg",
-                "model 2 stiffness, %",
-            ),
-            lines,
-        ),
+    circle = [f"{v:+.2f}" for c in changes for v in (c.circle_along_mm, c.circle_across_mm)]
+    columns = (
+        "place",
+        "model 1 along, mm",
+        "model 1 across, mm",
+        "model 2 along, mm",
+        "model 2 across, mm",
+    )
+    return Table(columns, [*rows, ("circle's centre", *circle)])
+
+
+def _lines(changes: Sequence[GeometryChange], turned: NDArray[np.float64]) -> Table:
+    rows = [
+        (name.upper(), *_line_cells(changes, k), *(f"{value:+.2f}" for value in turned[:, k]))
+        for k, name in enumerate(LIGAMENTS)
     ]
+    slopes = [cell for change in changes for cell in (f"{change.slope_deg:+.2f}", "-")]
+    columns = (
+        "line",
+        "model 1 turned by, deg",
+        "model 1 stiffness, %",
+        "model 2 turned by, deg",
+        "model 2 stiffness, %",
+        "f with model 1's turned round, %",
+        "f with model 2's turned round, %",
+    )
+    return Table(columns, [*rows, ("plateau", *slopes, "-", "-")])
 
 
 def _attachment(name: str) -> str:

@@ -11,6 +11,14 @@ from kneeviz.jobs.job import Watch
 
 if TYPE_CHECKING:  # its figures' library takes a second to load
     from kneecore import PaperReport
+    from kneecore.paper.verdict import Outcome
+
+_OUTCOMES: dict["Outcome", str] = {
+    "agrees": "agree",
+    "differs": "differ",
+    "indifferent": "indifferent",
+    "cannot be compared": "cannot be compared",
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,7 +27,7 @@ class PaperFiles:
 
     model: Knee
     words: str
-    """How many of the paper's claims agree, differ, or cannot be compared."""
+    """How many of the paper's claims hold, those apart that the baseline was not fitted to."""
     page: bytes
     """One HTML page with its figures inside."""
     everything: bytes
@@ -46,14 +54,17 @@ def redo(knee: Knee, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
 
 
 def _words(report: "PaperReport") -> str:
-    agree, differ, open_ = (
-        len(report.by_outcome(o)) for o in ("agrees", "differs", "cannot be compared")
-    )
-    counts = f"{agree} agree, {differ} differ, {open_} cannot be compared"
+    n = {outcome: len(report.by_outcome(outcome)) for outcome in _OUTCOMES}
+    counts = ", ".join(f"{n[outcome]} {word}" for outcome, word in _OUTCOMES.items())
+    free = report.not_fitted
+    held = sum(verdict.outcome == "agrees" for verdict in free)
     budget = (
         "quick: smaller searches, fewer samples" if report.quick else "the paper\u2019s budgets"
     )
-    return f"{len(report.verdicts)} claims: {counts} ({budget}; {report.seconds:.0f} s)."
+    return (
+        f"{held} of the {len(free)} statements that were not fitted hold. All "
+        f"{len(report.verdicts)}: {counts} ({budget}; {report.seconds:.0f} s)."
+    )
 
 
 def _packed(files: dict[str, bytes]) -> bytes:

@@ -103,6 +103,29 @@ def test_a_broken_claim_names_what_is_wrong(report, key, value):
     assert "\n" not in str(error.value)
 
 
+def test_a_report_by_another_list_says_so(report):
+    """Files of earlier versions have fewer claims, and name no figure."""
+    document = report.to_dict()
+    assert "list" not in str(PaperReport.from_json(json.dumps(document)))
+    document["claims"] = [
+        {key: value for key, value in claim.items() if key != "figure"}
+        for claim in document["claims"][:28]
+    ]
+    older = PaperReport.from_json(json.dumps(document))
+    told = "This report judges 28 claims by an older or newer list; this version of kneecore has"
+    for text in (str(older), older.markdown(), older.html()):
+        assert f"{told} {len(CLAIMS)}" in " ".join(text.split())
+
+
+@pytest.mark.parametrize("outcome", ["differs", "indifferent", "cannot be compared"])
+def test_an_outcome_follows_from_its_values(report, outcome):
+    document = report.to_dict()
+    claim = next(c for c in document["claims"] if c["outcome"] == "agrees")
+    claim["outcome"] = outcome
+    with pytest.raises(FileFormatError, match="follows from `ours`"):
+        PaperReport.from_json(json.dumps(document))
+
+
 def test_a_notebook_shows_the_table(report):
     shown = report._repr_html_()
     assert shown.startswith("<pre")
