@@ -35,6 +35,7 @@ TINY = Budget(
     n_validation=1,
     n_samples=50,
     n_base=16,
+    n_drawn=20,
 )
 
 

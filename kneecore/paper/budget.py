@@ -34,7 +34,7 @@ def paper_budgets(knee: Knee, *, quick: bool, seed: int) -> list[Budget | None]:
         InfluenceSettings(n_base=size.n_base, seed=seed),
     )
     return [
-        *(len(CASES) + size.n_repeats - 1) * [main],
+        *(len(CASES) + 2 * (size.n_repeats - 1)) * [main],
         *size.n_validation * again,
         *(study_budget(one, knee) for one in studies),
     ]
