@@ -20,6 +20,7 @@ FloatArray = NDArray[np.float64]
 
 def slopes_of(surrogate: Surrogate) -> Slopes:
     """Return the surrogate as climbs see it."""
+
     def slopes(u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         y = surrogate(u)
         return (w * y).sum(axis=1), surrogate.weighted_gradient(u, w), y

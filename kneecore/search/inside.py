@@ -18,7 +18,7 @@ from kneecore.numerics.box_climb import climb
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.search.exact_search import slopes_of
 
-__all__ = ["Half", "best_places"]
+__all__ = ["Half", "best_places", "climbed", "is_new", "trial"]
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +38,10 @@ class Half:
 
     sums: FloatArray
     """Weighted signs: the sum of the outputs that is to be large."""
+    error: float = 0.0
+    """How far its latest runs were from what was predicted, a running mean."""
     width: float = 0.2
+    """Standard deviation of a trial's moves, of the cube's width."""
     n_failures: int = 0
     n_trials: int = 0
 
@@ -66,11 +69,12 @@ def best_places(y: FloatArray, weights: FloatArray) -> tuple[int, int, float]:
     return best
 
 
-def _is_new(u: FloatArray, known: FloatArray) -> bool:
+def is_new(u: FloatArray, known: FloatArray) -> bool:
+    """Tell whether a point (d,) is none of the known ones (n, d)."""
     return bool(np.abs(known - u).max(axis=1).min() >= SAME)
 
 
-def _climbed(
+def climbed(
     surrogate: Surrogate, half: Half, known: FloatArray, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Return the ends of climbs in the surrogate and their values, the best first."""
@@ -82,7 +86,7 @@ def _climbed(
     return ends.u[order], ends.values[order]
 
 
-def _trial(
+def trial(
     surrogate: Surrogate, half: Half, base: FloatArray, known: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
     """Return the candidate near `base` (d,) that is worth the most."""

@@ -58,9 +58,9 @@ def truth(case):
                         for s in np.vstack([np.ones(y.shape[1]), np.eye(y.shape[1]),
                                             rng.choice([-1.0, 1.0], (200, y.shape[1]))])])
     )  # fmt: skip
-    far = sorted(
-        itertools.combinations(ends, 2), key=lambda p: -np.abs(y[p[0]] - y[p[1]]).sum()
-    )[:2000]
+    far = sorted(itertools.combinations(ends, 2), key=lambda p: -np.abs(y[p[0]] - y[p[1]]).sum())[
+        :2000
+    ]
     waiting, done, best = [], set(), 0.0
     for i, j in far:
         s = np.where(y[i] >= y[j], 1.0, -1.0)
