@@ -14,9 +14,12 @@ __all__ = ["judged"]
 
 FloatArray = NDArray[np.float64]
 
-_GAP = 5.0  # per cent
-_RANKS = 0.9
-_ERROR = 0.04  # of f: mean error of the latest predictions
+# The limits were chosen on tests/benchmarks/any_model.py, where they are measured.
+_GAP = 2.0  # per cent
+_RANKS = 0.7  # rank correlation below which the surrogate knows too little of the model
+_FEW_RANKS = 0.98  # the same where there are few runs for the number of inputs ...
+_FEW = 10  # ... which is below this many for each
+_ERROR = 0.25  # of f: mean error of the latest predictions
 _RISE = 0.01  # of f: what the last part of the search may still have gained
 _LATE = 0.3  # of the batches: that part
 _FLAT = 1e-12  # of the outputs' size
@@ -83,18 +86,13 @@ def _doubts(
             f"{100 * (best - late) / best:.1f} %; allow more runs."
         )
     error = sum(h.error for h in halves) / best
-    ranks = _ranks(training, halves[0].sums)
     if error > _ERROR:
         reasons.append(
             f"The latest runs near the pair were {100 * error:.0f} % of f away from what was "
-            "predicted: the model is rough, noisy or discontinuous there; allow more runs, or "
-            "narrow the bounds."
+            "predicted: the model is rough, noisy or discontinuous there; run the pair again, "
+            "allow more runs, or narrow the bounds."
         )
-    elif ranks is not None and ranks < _RANKS and error > 0.25 * _ERROR:
-        reasons.append(
-            f"The surrogate orders left-out runs with a rank correlation of {ranks:.2f} only; "
-            "allow more runs."
-        )
+    reasons += _doubts_of_ranks(training, halves[0].sums)
     failed = training.n_failed
     if failed > 0.1 * len(training.points):
         reasons.append(
@@ -102,3 +100,13 @@ def _doubts(
             "fails: look at why."
         )
     return reasons
+
+
+def _doubts_of_ranks(training: Training, sums: FloatArray) -> list[str]:
+    ranks, (n, d) = _ranks(training, sums), training.points.shape
+    if ranks is None or ranks >= (_FEW_RANKS if n < _FEW * d else _RANKS):
+        return []
+    return [
+        f"The surrogate orders left-out runs with a rank correlation of {ranks:.2f} only, with "
+        f"{n} runs for {d} inputs; allow more runs."
+    ]
