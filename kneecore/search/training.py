@@ -28,6 +28,8 @@ __all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "train"]
 
 FloatArray = NDArray[np.float64]
 
+_REPORTS = 10  # while a model of one's own, which may be slow, is sampled
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Training:
@@ -50,7 +52,11 @@ class Training:
     def loo_rms(self) -> float | None:
         """Root mean square of the leave-one-out errors, in the outputs' unit; None if unknown."""
         errors = self.surrogate.loo_errors
-        return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
+        if not np.isfinite(errors).all():
+            return None
+        with np.errstate(over="ignore"):  # squares of more than 1e154
+            rms = float(np.sqrt(np.mean(errors**2)))
+        return rms if np.isfinite(rms) else None
 
 
 def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:
@@ -71,7 +77,7 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         raise Cancelled
     start = time.perf_counter()
     points = uniform(n, n_dimensions, settings.seed)
-    values = model(points)
+    values = _sampled(model, points, report)
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
@@ -90,6 +96,18 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         seconds_sampling=sampled - start,
         seconds_fit=time.perf_counter() - sampled,
     )
+
+
+def _sampled(model: UnitModel, points: FloatArray, report: Callback) -> FloatArray:
+    """Run a model for points (n, d), one of one's own in a few parts, with a report after each."""
+    n = len(points)
+    size = n if model.model.in_corners else max(1, n // _REPORTS)
+    parts = []
+    for first in range(0, n, size):
+        if first and report(Progress(stage="sampling", done=first, total=n)):
+            raise Cancelled
+        parts.append(model(points[first : first + size]))
+    return np.concatenate(parts)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
