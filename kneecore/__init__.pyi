@@ -43,6 +43,10 @@ from .progress import Callback as Callback
 from .progress import Cancelled as Cancelled
 from .progress import Progress as Progress
 from .report.command import command_line as command_line
+from .runs.part import Failure as Failure
+from .runs.readers import CsvOutput as CsvOutput
+from .runs.readers import JsonOutput as JsonOutput
+from .runs.readers import TextOutput as TextOutput
 from .search.compare import compare_methods as compare_methods
 from .search.compare import with_methods as with_methods
 from .search.result import Evidence as Evidence

@@ -21,40 +21,34 @@ array([[0.03, 0.06, 0.15]])
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Self
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore import runs
 from kneecore._arguments import flag, number, one_line, shown, text
 from kneecore._arrays import numbers
 from kneecore._threads import thread_count
-from kneecore.errors import ModelError, ParameterError
+from kneecore.errors import ParameterError
 from kneecore.inputs import Column, Input, Output, all_of, scales_of
-from kneecore.returned import jacobian_of, run_all, run_each, shapes_of
+from kneecore.returned import jacobian_of, shapes_of
+from kneecore.runner import Run, Runner
+from kneecore.runs.evaluation import Evaluation
+from kneecore.runs.options import OnFailure, RunOptions
 from kneecore.shape import Shape
+
+if TYPE_CHECKING:
+    from kneecore.runs.program import KeepRuns
 
 __all__ = ["Evaluation", "Model", "Shape"]
 
 FloatArray = NDArray[np.float64]
-Run = Callable[[FloatArray], ArrayLike]
 Slopes = tuple[FloatArray, FloatArray, FloatArray]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Evaluation:
-    """What running a model for n points has given."""
-
-    y: FloatArray
-    """Outputs, shape (n, m); a row that is not finite is a failed run."""
-    counts: Mapping[str, int]
-    """Runs by what became of them; "failed" is always there."""
-    observed: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Further quantities by name, shape (n, ...), where they were asked for."""
-
-
-class Model:
+class Model(Runner):
     """A model with uncertain inputs: what every search and every study here works on.
 
     Parameters
@@ -76,6 +70,23 @@ class Model:
         What the model is called in reports.
     threads : int, optional
         Threads that a search in a surrogate may use; all available cores for None.
+    workers : int, str or executor, optional
+        Who does the runs. None: this process, one after the other. A number: so many processes, of
+        which one that hangs or crashes is replaced. ``tcp://host:port``: the workers of a
+        dask.distributed scheduler. Anything else: an executor with `submit` or `map`. The numbers
+        do not depend on it; a `batched` function must not let rows depend on each other.
+    keep : str or path, optional
+        A file to which each run is added when it is done, and from which runs are taken that were
+        done before: a study that was killed goes on from there.
+    timeout_s : float, optional
+        Seconds after which a run (of a `batched` function: a call) is ended and has failed. It is
+        then run in a process of its own.
+    on_failure : {"continue", "abort"}
+        Whether a run that fails is a row without outputs, told by `failures`, or ends everything.
+    retries : int
+        How often a run that raised, hung or crashed is tried again.
+    rerun_failures : bool
+        Whether runs that failed before are not taken from `keep`.
 
     Raises
     ------
@@ -111,26 +122,108 @@ class Model:
         draw: Callable[[FloatArray], Sequence[Shape]] | None = None,
         name: str = "model",
         threads: int | None = None,
+        workers: Any = None,
+        keep: str | PathLike[str] | None = None,
+        timeout_s: float | None = None,
+        on_failure: OnFailure = "continue",
+        retries: int = 0,
+        rerun_failures: bool = False,
     ) -> None:
         for argument, function in (("run", run), ("gradient", gradient), ("draw", draw)):
             if function is not None and not callable(function):
                 raise ParameterError(f"`{argument}` is {shown(function)}; a function is allowed")
-        self.inputs = all_of(Input, "inputs", inputs)
-        self.outputs = all_of(Output, "outputs", outputs)
-        self._run, self._gradient, self._draw = run, gradient, draw
-        self._batched = flag("batched", batched)
+        super().__init__(
+            run,
+            inputs,
+            all_of(Output, "outputs", outputs),
+            batched=flag("batched", batched),
+            options=RunOptions(
+                workers=workers,
+                keep=keep,  # type: ignore[arg-type]  # a path becomes text there
+                timeout_s=timeout_s,
+                on_failure=on_failure,
+                retries=retries,
+                rerun_failures=rerun_failures,
+            ),
+        )
+        self._gradient, self._draw = gradient, draw
         self.name = one_line("name", name, 200)
         thread_count(threads)
         self.threads = threads
         self._size = 1.0
         self._scales = np.array(scales_of(self.outputs))
-        self.lower = _held([i.lower for i in self.inputs])
-        self.upper = _held([i.upper for i in self.inputs])
-        self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
-        self.free = self.upper > self.lower
-        self.free.setflags(write=False)
-        if not self.free.any():
-            raise ParameterError("all bounds have zero width; at least one above 0 is needed")
+
+    @classmethod
+    def from_program(
+        cls,
+        command: str | Sequence[str],
+        template: str | PathLike[str] | None,
+        read: Any,
+        inputs: Sequence[Input],
+        outputs: Sequence[Output],
+        *,
+        files: Sequence[str | PathLike[str]] = (),
+        folder: str | PathLike[str] | None = None,
+        keep_runs: "KeepRuns" = "failed",
+        **options: Any,
+    ) -> Self:
+        """Return a model whose runs are those of an external program.
+
+        Parameters
+        ----------
+        command : str or sequence of str
+            The program and its arguments; ``{input}`` stands for the filled template, ``{folder}``
+            for the run's folder, and fields such as ``{k_1}`` for inputs. No shell is involved.
+        template : str or path, optional
+            The program's input file, with a field such as ``{k_1}`` or ``{k_1:.6e}`` in the place
+            of each input; without one all fields are in the command.
+        read : callable or sequence of callables
+            What is in the run's folder, as numbers: a `JsonOutput`, `CsvOutput`, `TextOutput`, or
+            a function of the folder's path.
+        inputs : sequence of Input
+        outputs : sequence of Output
+        files : sequence of str or path
+            What else each run's folder needs.
+        folder : str or path, optional
+            Where the runs' folders are made; the system's temporary folder for None.
+        keep_runs : {"failed", "all", "none"}
+            Which of them stay.
+        **options
+            As for `Model`; `timeout_s` ends a program with all that it has started.
+
+        Raises
+        ------
+        ParameterError, FileFormatError
+            If an argument is not allowed, an uncertain input has no field, or the template cannot
+            be read.
+        """
+        inputs = all_of(Input, "inputs", inputs)
+        program = runs.program.Program(
+            command,
+            template,
+            read,
+            names=[i.name for i in inputs],
+            needed=[i.name for i in inputs if i.upper > i.lower],
+            files=files,
+            folder=folder,
+            keep_runs=keep_runs,
+            timeout_s=options.get("timeout_s"),
+        )
+        return cls(program, inputs, outputs, **options)
+
+    @classmethod
+    def from_file(cls, path: str | PathLike[str]) -> Self:
+        """Return the model that a TOML file describes.
+
+        Such a file names code that is run: read none that you would not run as a program.
+
+        Raises
+        ------
+        FileFormatError
+            If the file cannot be used; the line names the file and the key.
+        """
+        made: Self = runs.model_file.read_model_file(path, cls)
+        return made
 
     def __repr__(self) -> str:
         return (
@@ -141,24 +234,10 @@ class Model:
     # What it is.
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the inputs."""
-        return tuple(i.name for i in self.inputs)
-
-    @property
-    def free_names(self) -> tuple[str, ...]:
-        """Names of the inputs that vary."""
-        return tuple(n for n, free in zip(self.names, self.free, strict=True) if free)
-
-    @property
-    def n_free(self) -> int:
-        """Number of inputs that vary."""
-        return int(np.count_nonzero(self.free))
-
-    @property
-    def n_outputs(self) -> int:
-        """Numbers that one run returns, m."""
-        return sum(output.n_columns for output in self.outputs)
+    def identity(self) -> bytes:
+        """What tells its runs from those of models with other bounds or another name."""
+        name = f"{type(self).__name__} {self.name}".encode()
+        return b"\0".join([name, *(a.tobytes() for a in (self.lower, self.nominal, self.upper))])
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -232,39 +311,12 @@ class Model:
             )
         return weights
 
-    # Coordinates.
+    # Bounds.
 
     @property
     def size(self) -> float:
         """How wide the bounds are, in multiples of those that were stated; see `with_size`."""
         return self._size
-
-    def from_free_unit(self, u: ArrayLike) -> FloatArray:
-        """Map points of the free inputs' unit cube, shape (..., n_free), to inputs, (..., d)."""
-        unit = numbers("u", u)
-        if unit.ndim == 0 or unit.shape[-1] != self.n_free:
-            raise ParameterError(f"`u` has shape {unit.shape}; (..., {self.n_free}) is allowed")
-        full = np.full((*unit.shape[:-1], len(self.inputs)), 0.5)
-        full[..., self.free] = unit
-        return np.clip(self.lower + full * (self.upper - self.lower), self.lower, self.upper)
-
-    def to_free_unit(self, x: ArrayLike) -> FloatArray:
-        """Map inputs, shape (..., d), to the free inputs' unit cube, (..., n_free)."""
-        values = self._points("x", x)
-        width = (self.upper - self.lower)[self.free]
-        unit: FloatArray = (values - self.lower)[..., self.free] / width
-        return unit
-
-    def at_bounds(self, x: ArrayLike, *, tolerance: float = 1e-3) -> NDArray[np.int8]:
-        """Tell which inputs lie on a bound: -1 lower, +1 upper, 0 neither (or held).
-
-        `tolerance` is a share of the input's range.
-        """
-        unit, tolerance = self.to_free_unit(x), number("tolerance", tolerance)
-        side = np.where(unit <= tolerance, -1, np.where(unit >= 1.0 - tolerance, 1, 0))
-        sides = np.zeros((*unit.shape[:-1], len(self.inputs)), dtype=np.int8)
-        sides[..., self.free] = side
-        return sides
 
     def with_size(self, size: float) -> Self:
         """Return the model with bounds `size` times as wide as stated, around the nominal point."""
@@ -273,34 +325,11 @@ class Model:
             raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
         model = self._copy()
         model.inputs = tuple(one.widened(factor) for one in self.inputs)
-        model.lower = _held([i.lower for i in model.inputs])
-        model.upper = _held([i.upper for i in model.inputs])
+        model._lay_bounds()
         model._size = float(size)
         if self.proxy is not None:
             model.proxy = self.proxy.with_size(size)
         return model
-
-    def _copy(self) -> Self:
-        model = object.__new__(type(self))
-        model.__dict__.update(self.__dict__)
-        return model
-
-    def point(self, x: ArrayLike) -> FloatArray:
-        """Return one point, shape (d,), checked and copied."""
-        values = np.array(self._points("x", x))
-        if values.ndim != 1 or not np.isfinite(values).all():
-            raise ParameterError(
-                f"`x` has shape {values.shape}; one point, ({len(self.inputs)},), of finite "
-                "numbers is allowed"
-            )
-        return values
-
-    def _points(self, argument: str, x: ArrayLike) -> FloatArray:
-        allowed = f"(..., {len(self.inputs)}) is allowed"
-        values = numbers(argument, x, allowed)
-        if np.ma.isMaskedArray(x) or values.ndim == 0 or values.shape[-1] != len(self.inputs):
-            raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
-        return values
 
     # What it can do.
 
@@ -313,45 +342,6 @@ class Model:
     def has_picture(self) -> bool:
         """Whether the model can be drawn."""
         return self._draw is not None
-
-    def evaluate(self, x: ArrayLike) -> FloatArray:
-        """Run the model.
-
-        Parameters
-        ----------
-        x : array_like, shape (n, d)
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            A row that is not finite is a failed run.
-
-        Raises
-        ------
-        ParameterError
-            If `x` or what the model returns has another shape, or is not made of real numbers.
-        """
-        points = self._points("x", x)
-        if points.ndim != 2:
-            raise ParameterError(
-                f"`x` has shape {points.shape}; (n, {len(self.inputs)}) is allowed"
-            )
-        return self.examine(points).y
-
-    def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:
-        """Run the model for points (n, d) and count what became of the runs.
-
-        With `observe`, further quantities are returned where the model has any.
-        """
-        del observe
-        if self._run is None:
-            raise ModelError(
-                f"the model {self.name!r} was read from a file, which holds no function; nothing "
-                "can be computed with it"
-            )
-        y = (run_all if self._batched else run_each)(self._run, x, self.n_outputs)
-        failed = int(np.count_nonzero(~np.isfinite(y).all(axis=1)))
-        return Evaluation(y=y, counts={"failed": failed})
 
     def slopes(self, u: FloatArray, weights: FloatArray) -> Slopes:
         """Return weighted sums of the outputs with their gradients on the unit cube.
@@ -385,13 +375,3 @@ class Model:
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return the picture of one point, shape (d,); empty where the model has none."""
         return () if self._draw is None else shapes_of(self._draw, self._points("x", x))
-
-    def warm_up(self, *, gradient: bool = False) -> None:
-        """Load what the first run would have to wait for."""
-        del gradient
-
-
-def _held(values: Sequence[float]) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +21,10 @@ class Progress:
     """Number of the run, from 0."""
     n_models: int | None = None
     """Models that the search had evaluated when it knew `best`; None where it does not count."""
+    so_far: Callable[[], Any] | None = None
+    """Returns the best pair until now as the search's result, computed in the true model, with the
+    `stop_reason` "cancelled"; to be called during the report. None where there is no pair yet, and
+    of searches that cannot tell."""
 
 
 Callback = Callable[[Progress], object]

@@ -10,7 +10,7 @@ from kneecore._arguments import shown
 from kneecore.errors import ParameterError
 from kneecore.shape import Shape
 
-__all__ = ["jacobian_of", "run_all", "run_each", "shapes_of"]
+__all__ = ["jacobian_of", "run_all", "run_one", "shapes_of"]
 
 FloatArray = NDArray[np.float64]
 Function = Callable[[FloatArray], ArrayLike]
@@ -67,15 +67,8 @@ def run_all(run: Function, x: FloatArray, n_outputs: int) -> FloatArray:
     )
 
 
-def run_each(run: Function, x: FloatArray, n_outputs: int) -> FloatArray:
-    """Run a model for points (n, d) one by one; its outputs, each checked, shape (n, m)."""
-    y = np.empty((len(x), n_outputs))
-    for k, point in enumerate(x):
-        y[k] = _run_one(run, point, n_outputs)
-    return y
-
-
-def _run_one(run: Function, point: FloatArray, n_outputs: int) -> FloatArray:
+def run_one(run: Function, point: FloatArray, n_outputs: int) -> FloatArray:
+    """Run a model for one point (d,); its outputs, checked, shape (m,) or one number."""
     try:
         given = run(point.copy())
     except (TypeError, IndexError) as error:

@@ -4,6 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.model import Model
+from kneecore.progress import Cancelled
+from kneecore.record import Arrays, current_record
+from kneecore.runs.evaluation import Watch
 
 __all__ = ["UnitModel"]
 
@@ -20,20 +23,46 @@ class UnitModel:
         Runs so far.
     counts : dict
         What became of them, by `Model.count_names`.
+    seconds_before : float
+        What a search took that was stopped and then went on.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self.n_simulated = 0
+        self.seconds_before = 0.0
         self.counts = dict.fromkeys(model.count_names, 0)
 
-    def __call__(self, u: FloatArray) -> FloatArray:
-        """Return outputs of points, shape (n, n_free) -> (n, m)."""
-        done = self.model.examine(self.model.from_free_unit(u))
+    def __call__(self, u: FloatArray, watch: Watch | None = None) -> FloatArray:
+        """Return outputs of points, shape (n, n_free) -> (n, m).
+
+        `watch` gets the number of runs done, now and then; a true result cancels (raises
+        `Cancelled`).
+        """
+        x, record = self.model.from_free_unit(u), current_record()
+        if record is None:
+            done = self._run(x, watch)
+        else:
+            done = record.run("runs", self.model.identity, {"x": x}, lambda: self._run(x, watch))
         self.n_simulated += len(u)
-        for name, count in done.counts.items():
-            self.counts[name] += count
-        return done.y
+        for name, count in done.items():
+            if name != "y":
+                self.counts[name] = self.counts.get(name, 0) + int(count)
+        y: FloatArray = np.asarray(done["y"], dtype=np.float64)
+        return y
+
+    def _run(self, x: FloatArray, watch: Watch | None) -> Arrays:
+        # As a stream, for a model that examines in a way of its own need not know of a watch.
+        done = next(self.model.stream([x], watch=watch), None)
+        if done is None or len(done.y) < len(x):
+            raise Cancelled
+        return {"y": done.y, **{name: np.array(n) for name, n in done.counts.items()}}
+
+    def copy(self) -> "UnitModel":
+        """Return one that goes on counting by itself."""
+        copied = UnitModel(self.model)
+        copied.n_simulated, copied.counts = self.n_simulated, dict(self.counts)
+        return copied
 
     @property
     def told(self) -> dict[str, int]:

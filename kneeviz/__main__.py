@@ -143,6 +143,9 @@ def start(options: Options) -> "App":
         from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
+    from kneeviz.server.kernels import KernelWarmUp
+
+    kernels = KernelWarmUp()  # at a first start they are compiled while viser is imported
     from kneeviz.server.app import App
 
     app = App(
@@ -153,6 +156,7 @@ def start(options: Options) -> "App":
         shared=not options.per_visitor,
         token=token,
         allow_hosts=options.allow_host,
+        kernels=kernels,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):

@@ -1,20 +1,23 @@
-"""The only module that touches viser's private parts (1.1.1, pinned): what its API cannot do yet.
+"""What viser's API cannot do yet (1.1.1, pinned): the private parts that are touched for it.
 
 viser checks nothing that comes from a browser: any attribute of any widget can be set, values may
 have any type, range or size, and disabled buttons can be clicked. So every message passes here
 before viser handles it. The flat view's camera lock and the repair of a browser that disagrees
 with the server have no public call either. What passes on the wire is another matter:
 `kneeviz.server.caps` says in words of its own what our page may send, and touches nothing of viser.
+How news go out to many is `kneeviz.viser_broadcast`; no third module touches such parts.
 """
 
 import math
 import time
 import weakref
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
+import numpy.typing as npt
 import viser
-from viser import _client_autobuild
+from viser import _assignable_props_api, _client_autobuild
 from viser import _gui_handles as handles
 from viser import _messages as messages
 
@@ -100,6 +103,22 @@ def widget_id(handle: Any) -> str:
 def skip_client_build() -> None:
     """Let a new server not look for a compiler: an installed client is always built."""
     _client_autobuild.ensure_client_is_built = lambda: None
+
+
+class _ArrayTypes(dict[Any, Any]):
+    """The types ``NDArray[...]``, each made once."""
+
+    def __missing__(self, kind: Any) -> Any:
+        made = self[kind] = npt.NDArray[kind]
+        return made
+
+
+def know_array_types() -> None:
+    """Let viser not make the types anew that it compares with whenever a property is assigned.
+
+    They took a third of the time in which a page is brought up to date.
+    """
+    vars(_assignable_props_api)["npt"] = SimpleNamespace(NDArray=_ArrayTypes())
 
 
 def is_own_server(handler: Any) -> bool:
@@ -297,6 +316,7 @@ __all__ = [
     "force_value",
     "guard",
     "is_own_server",
+    "know_array_types",
     "number_fault",
     "refuse_tunnel",
     "set_camera_lock",

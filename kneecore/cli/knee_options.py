@@ -97,6 +97,9 @@ class OutputOptions:
     """Write the result's files (JSON, CSV, figures as PNG and SVG) to this folder."""
     force: bool = False
     """Overwrite a result that is in the folder already."""
+    resume: bool = False
+    """Go on where a run with the same options and the same folder was stopped (by Ctrl-C, a crash,
+    a full disk): to the same bytes. What it has kept is in the folder's checkpoint."""
     json: bool = False
     """Print the result as one JSON object and nothing else on stdout."""
     quiet: bool = False

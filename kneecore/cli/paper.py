@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from kneecore.cli import run
+from kneecore.cli.keeping import Keeping
 from kneecore.cli.knee_options import Count, File, Folder
 from kneecore.errors import KneecoreError
 
@@ -38,42 +39,51 @@ class Options:
     (JSON) and paper.json to this folder."""
     force: bool = False
     """Overwrite a report that is in the folder already."""
+    resume: bool = False
+    """Go on where a run with the same options and the same folder was stopped."""
     json: bool = False
     """Print one JSON object and nothing else on stdout."""
     quiet: bool = False
     """Show no progress."""
 
 
-def _redo(options: Options, stop: threading.Event, show: "Callback") -> "PaperReport":
-    from kneecore.files.folder import prepare_folder
+def _redo(
+    options: Options, keeping: Keeping, stop: threading.Event, show: "Callback"
+) -> "PaperReport":
     from kneecore.files.paper import FORMAT
     from kneecore.knee.model import Knee
     from kneecore.knee.space import ParameterSpace
     from kneecore.paper.redo import redo_paper
 
     space = None if options.baseline is None else ParameterSpace.from_file(options.baseline)
-    if options.out is not None:
-        prepare_folder(options.out, force=options.force, holds=FORMAT.file)
-    return redo_paper(
-        Knee(space, threads=options.threads),
-        quick=options.quick,
-        seed=options.seed,
-        callback=lambda progress: show(progress) or stop.is_set(),
-    )
+    with keeping.opened(FORMAT.file):
+        return redo_paper(
+            Knee(space, threads=options.threads),
+            quick=options.quick,
+            seed=options.seed,
+            callback=lambda progress: show(progress) or stop.is_set(),
+        )
 
 
-def _save(options: Options, report: "PaperReport", show: "Callback") -> int:
-    """Draw and write the report; return the number of files."""
+def _save(options: Options, report: "PaperReport", show: "Callback") -> tuple[int, bool]:
+    """Write the report; return the number of files, and whether Ctrl-C was pressed meanwhile."""
     from kneecore.progress import Progress
 
     assert options.out is not None
     show(Progress(stage="drawing the figures", done=0, total=1))
-    return len(report.save(options.out, force=options.force))
+    with run.undisturbed() as stop:
+        n_files = len(report.save(options.out, force=True))
+    return n_files, stop.is_set()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
+    with Keeping(COMMAND, options, arguments) as keeping:
+        return _run(options, keeping)
+
+
+def _run(options: Options, keeping: Keeping) -> int:
     from kneecore.cli.progress import ProgressDisplay
     from kneecore.progress import Cancelled
 
@@ -81,7 +91,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
             report, interrupted = run.run_cancellable(
-                lambda stop: _redo(options, stop, show), COMMAND, show.close
+                lambda stop: _redo(options, keeping, stop, show),
+                COMMAND,
+                show.close,
+                keeping.way_on,
             )
         # Printed first: a folder that cannot be written takes nothing away.
         run.put(report.to_json().rstrip() if options.json else str(report))
@@ -89,13 +102,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise Cancelled
         if options.out is not None:
             with ProgressDisplay(quiet=options.quiet) as show:
-                n_files = _save(options, report, show)
+                n_files, stopped = _save(options, report, show)
+            keeping.done()
             saved = f"{n_files} files written to {options.out}"
+            if stopped:
+                raise Cancelled
             if not options.quiet:
                 run.say(COMMAND, saved)
     except KneecoreError as error:
         return run.fail(COMMAND, error, options, {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
-        run.say(COMMAND, f"interrupted; {saved}")
-        return run.INTERRUPTED
+        return run.interrupted(COMMAND, f"interrupted; {saved}{keeping.way_on()}")
     return run.DONE

@@ -30,6 +30,8 @@ class ProgressDisplay:
     """
 
     def __init__(self, *, quiet: bool) -> None:
+        self.unit = "deg"
+        """Unit of the best f until now."""
         self._told: set[str] = set()
         self._quiet = quiet
         self._bar: Bar | None = None
@@ -67,7 +69,7 @@ class ProgressDisplay:
         """Show a report; a stage without words of its own is its own description."""
         told = _TOLD.get(report.stage, report.stage)
         if self._bar is not None:
-            best = "" if report.best is None else f"f {report.best:.2f} deg"
+            best = "" if report.best is None else f"f {report.best:.6g} {self.unit}"
             # A stage of unknown length pulses.
             total = report.total if report.total > 1 else None
             self._bar.update(

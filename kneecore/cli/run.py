@@ -1,6 +1,7 @@
-"""What the command lines share: short messages, exit codes, progress, Ctrl-C.
+"""What the command lines share: short messages, exit codes, Ctrl-C and its like.
 
-Exit codes: 0 done, 1 the model gave no answer, 2 something asked for is not allowed, 130 Ctrl-C.
+Exit codes: 0 done, 1 the model gave no answer, 2 something asked for is not allowed, 130 Ctrl-C,
+143 a polite end (SIGTERM), which is otherwise treated alike.
 """
 
 import contextlib
@@ -18,21 +19,23 @@ from typing import Any, TypeVar
 import tyro
 
 from kneecore.cli.terminal import Held, put, put_as_it_is, say
-from kneecore.errors import KneecoreError, ModelError, OutputError
+from kneecore.errors import KneecoreError, ModelError, OutputError, ParameterError
 
 __all__ = [
     "DONE",
-    "INTERRUPTED",
     "NOT_ALLOWED",
     "NO_ANSWER",
     "fail",
+    "interrupted",
     "parse",
     "put",
     "run_cancellable",
     "say",
+    "undisturbed",
 ]
 
-DONE, NO_ANSWER, NOT_ALLOWED, INTERRUPTED = 0, 1, 2, 130
+DONE, NO_ANSWER, NOT_ALLOWED = 0, 1, 2
+_STOPS = (signal.SIGINT, signal.SIGTERM)
 PATIENCE = 0.6
 """Seconds that a computation gets to end itself after Ctrl-C."""
 
@@ -52,6 +55,7 @@ def _open_streams() -> None:
 def parse(options: type[_T], arguments: Sequence[str] | None, command: str) -> _T:
     """Return the parsed options; a wrong one ends the process with one line and exit code 2."""
     _open_streams()
+    _let_sigterm_interrupt()
     said, shown = io.StringIO(), Held()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
@@ -105,24 +109,76 @@ def fail(
     return NO_ANSWER if isinstance(error, ModelError) else NOT_ALLOWED
 
 
+class _Terminated(KeyboardInterrupt):
+    """A polite end was asked for."""
+
+
+_last_stop = signal.SIGINT
+
+
+def _let_sigterm_interrupt() -> None:
+    """Let a polite end be an interruption, unless somebody has other plans for it."""
+
+    def handle(_signal: int, _frame: FrameType | None) -> None:
+        global _last_stop
+        _last_stop = signal.SIGTERM
+        raise _Terminated
+
+    main = threading.current_thread() is threading.main_thread()
+    if main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, handle)
+
+
+def interrupted(command: str, what: str) -> int:
+    """Say that a command was interrupted and what of it is there; return the exit code."""
+    say(command, what)
+    return 128 + _last_stop
+
+
 @contextlib.contextmanager
 def _interrupt_sets(event: threading.Event) -> Iterator[None]:
     """Let Ctrl-C set `event` instead of raising: numba swallows exceptions while it compiles."""
 
-    def handle(_signal: int, _frame: FrameType | None) -> None:
+    def handle(number: int, _frame: FrameType | None) -> None:
+        global _last_stop
+        _last_stop = signal.Signals(number)
         event.set()
 
-    before = signal.signal(signal.SIGINT, handle)
+    before = {number: signal.signal(number, handle) for number in _STOPS}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[threading.Event]:
+    """Let Ctrl-C wait, as an event that is set, while files are written; a second one does not."""
+    stop = threading.Event()
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        global _last_stop
+        _last_stop = signal.Signals(number)
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    before = {number: signal.signal(number, handle) for number in _STOPS}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def run_cancellable(
-    work: Callable[[threading.Event], _T], command: str, close: Callable[[], object] = bool
+    work: Callable[[threading.Event], _T],
+    command: str,
+    close: Callable[[], object] = bool,
+    way_on: Callable[[], str] = str,
 ) -> tuple[_T, bool]:
-    """Run `work` on a thread while this one listens for Ctrl-C.
+    """Run `work` on a thread while this one listens for Ctrl-C and SIGTERM.
 
     Parameters
     ----------
@@ -132,6 +188,8 @@ def run_cancellable(
         Name for messages.
     close : callable
         Puts the terminal in order where the process has to be ended at once.
+    way_on : callable
+        Returns what is said then of how to go on.
 
     Returns
     -------
@@ -155,8 +213,8 @@ def run_cancellable(
         worker.join(PATIENCE)
         if worker.is_alive():
             close()
-            say(command, "interrupted; nothing was saved")
-            os._exit(INTERRUPTED)  # a compilation cannot be stopped in any other way
+            code = interrupted(command, f"interrupted; nothing was saved{way_on()}")
+            os._exit(code)  # a compilation cannot be stopped in any other way
     if isinstance(outcome.get("error"), MemoryError):
         raise ModelError(f"out of memory: {outcome['error'] or 'a smaller task is needed'}")
     error = outcome.get("error")
@@ -165,3 +223,12 @@ def run_cancellable(
     if error is not None:
         raise error
     return outcome["value"], stop.is_set()
+
+
+def check_step_check(asked: bool, solver: str) -> None:
+    """Refuse the audit of a time step where there is none."""
+    if asked and solver == "equilibrium":
+        raise ParameterError(
+            "`check_step` is given with the equilibrium solver, which has no time step; the "
+            "dynamics solver is allowed"
+        )

@@ -4,16 +4,18 @@ import contextlib
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
-from kneecore.cli.knee_options import KneeOptions, OutputOptions
-from kneecore.errors import KneecoreError
+from kneecore.cli.keeping import Keeping
+from kneecore.cli.knee_options import OutputOptions
+from kneecore.cli.model_options import ModelOptions
+from kneecore.errors import KneecoreError, ParameterError
 from kneecore.search.settings import SearchSettings
 
 if TYPE_CHECKING:
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Progress
     from kneecore.search.result import SearchResult
 
@@ -21,8 +23,8 @@ COMMAND = "python -m kneecore.search"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Find the two most different knees within the uncertainty of the parameters.
+class _Options(OutputOptions, ModelOptions):
+    """Find the two most different knees, or models of your own, within their uncertainty.
 
     A genetic algorithm searches the pair in a surrogate trained on a few runs of the model (or in
     the model itself), or climbs with exact gradients do; the best pair is always computed again in
@@ -33,90 +35,118 @@ class _Options(OutputOptions, KneeOptions):
     compare: bool = False
     """Search by all methods too (genetic algorithm in surrogate and model, exact gradients, the
     repaired surrogate), and show by how much each falls short of the best f that any has found."""
+    check_step: bool = False
+    """Simulate baseline and pair once more with half the time step, and tell by how much that
+    moves an angle."""
 
 
-Options = with_flags(
-    _Options, SearchSettings, {"objective": Literal["all", "extension", "flexion"]}
-)
+Options = with_flags(_Options, SearchSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", SearchSettings]:
+def _checked(options: _Options) -> tuple["Model", SearchSettings]:
     """Refuse what can be refused before anything is computed or written."""
-    from kneecore.files.folder import prepare_folder
+    from kneecore.cli.budget import tell_budget
+    from kneecore.search.budget import search_budget
 
-    knee = options.knee()
-    settings = settings_from(SearchSettings, options).of(knee)
-    if options.out is not None:
-        prepare_folder(options.out, force=options.force)
-    return knee, settings
+    model = options.subject()
+    if options.model is None:
+        run.check_step_check(options.check_step, options.solver)
+    elif options.check_step:
+        raise ParameterError(
+            "`check_step` is True; it is the knee's, and with `model` there is none"
+        )
+    settings = settings_from(SearchSettings, options).of(model)
+    tell_budget(COMMAND, model, search_budget(settings, model), quiet=options.quiet or options.json)
+    return model, settings
 
 
-def _find(options: _Options) -> tuple["SearchResult", bool]:
+def _audited(result: "SearchResult") -> "SearchResult":
+    """Return the result with what half the time step does to its three knees."""
+    from dataclasses import replace
+
+    from kneecore.knee.model import Knee
+    from kneecore.knee.step_check import with_half_step
+
+    knee = result.model
+    assert isinstance(knee, Knee)
+    own = {"baseline": knee.space.baseline, "rest_length": knee.rest_length}
+    knees = zip(result.responses.items(), (knee.nominal, *result.x), strict=True)
+    audited = {name: with_half_step(r, x, **own) for (name, r), x in knees}
+    return replace(result, responses=audited)
+
+
+def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:
     """Search with progress, and tell whether Ctrl-C was pressed."""
     from kneecore.cli.progress import ProgressDisplay
+    from kneecore.files.folder import RESULT_FILE
     from kneecore.progress import Cancelled
     from kneecore.search.compare import with_methods
     from kneecore.search.worst_case import worst_case
 
     def work(stop: threading.Event) -> "SearchResult":
-        knee, settings = _checked(options)
+        model, settings = _checked(options)
+        show.unit = model.objective_unit
 
         def callback(report: "Progress") -> object:
             return show(report) or stop.is_set()
 
-        result = worst_case(knee, settings, callback=callback)
-        if options.compare and not stop.is_set():
-            # Interrupted meanwhile: the result is there and is worth keeping.
-            with contextlib.suppress(Cancelled):
-                result = with_methods(result, callback)
-        return result
+        with keeping.opened(RESULT_FILE):
+            result = worst_case(model, settings, callback=callback)
+            if options.compare and not stop.is_set():
+                # Interrupted meanwhile: the result is there and is worth keeping.
+                with contextlib.suppress(Cancelled):
+                    result = with_methods(result, callback)
+        return _audited(result) if options.check_step and not stop.is_set() else result
 
     with ProgressDisplay(quiet=options.quiet) as show:
-        return run.run_cancellable(work, COMMAND, show.close)
+        return run.run_cancellable(work, COMMAND, show.close, keeping.way_on)
 
 
 def _save(options: _Options, result: "SearchResult", *, interrupted: bool) -> tuple[int, bool]:
     """Write the files that were asked for; return how many, and whether Ctrl-C was pressed."""
     if options.out is None:
         return 0, interrupted
-    try:
-        written = result.save(options.out, force=options.force, figures=not interrupted)
-    except KeyboardInterrupt:
-        interrupted = True
-        written = result.save(options.out, force=True, figures=False)
-    return len(written), interrupted
+    with run.undisturbed() as stop:
+        # Whether something there may be overwritten was asked before the search.
+        written = result.save(options.out, force=True, figures=not interrupted)
+    return len(written), interrupted or stop.is_set()
 
 
-def _tell_interrupted(options: _Options, result: "SearchResult", n_files: int) -> int:
+def _tell_interrupted(options: _Options, result: "SearchResult", n_files: int, way_on: str) -> int:
     kept = "nothing was saved"
     if n_files:
-        kept = f"the best pair until then is in {options.out} (result.json, curves.csv)"
+        kept = f"the best pair until then is in {options.out}"
     when = f"after {result.counts['pairs_evaluated']:,} pairs"
     if result.stop_reason != "cancelled":
         when = "after the search"
-    run.say(COMMAND, f"interrupted {when}; {kept}")
-    return run.INTERRUPTED
+    return run.interrupted(COMMAND, f"interrupted {when}; {kept}{way_on}")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
+    with Keeping(COMMAND, options, arguments) as keeping:
+        return _run(options, keeping)
+
+
+def _run(options: _Options, keeping: Keeping) -> int:
     from kneecore.progress import Cancelled
 
     n_files = 0
     try:
-        result, interrupted = _find(options)
+        result, interrupted = _find(options, keeping)
         if not interrupted:  # before the files: a full disk then costs no result
             run.put(result.to_json().rstrip("\n") if options.json else str(result))
-        n_files, interrupted = _save(options, result, interrupted=interrupted)
-        if interrupted:
-            return _tell_interrupted(options, result, n_files)
+        n_files, stopped = _save(options, result, interrupted=interrupted)
+        if not interrupted:
+            keeping.done()
+        if stopped:
+            return _tell_interrupted(options, result, n_files, keeping.way_on())
         if n_files and not options.quiet:
             run.say(COMMAND, f"{n_files} files written to {options.out}")
     except KneecoreError as error:
         return run.fail(COMMAND, error, options, flag_names(SearchSettings) | {"folder": "--out"})
     except (Cancelled, KeyboardInterrupt):
         kept = f"{n_files} files are in {options.out}" if n_files else "nothing was saved"
-        run.say(COMMAND, f"interrupted; {kept}")
-        return run.INTERRUPTED
+        return run.interrupted(COMMAND, f"interrupted; {kept}{keeping.way_on()}")
     return run.DONE if result.objective_model is not None else run.NO_ANSWER

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from kneecore.cli import run
 from kneecore.cli.flags import flag_names, settings_from, with_flags
-from kneecore.cli.knee_options import File, KneeOptions, OutputOptions
+from kneecore.cli.keeping import Keeping
+from kneecore.cli.knee_options import File, OutputOptions
+from kneecore.cli.model_options import ModelOptions
 from kneecore.errors import KneecoreError
 from kneecore.study.settings import InfluenceSettings, SamplingSettings
 
 if TYPE_CHECKING:
     from kneecore.files.study import Study
-    from kneecore.knee.model import Knee
+    from kneecore.model import Model
     from kneecore.progress import Callback, Progress
     from kneecore.search.result import SearchResult
 
@@ -21,15 +23,15 @@ COMMAND = "python -m kneecore.uncertainty"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(OutputOptions, KneeOptions):
-    """Sample the true model within the uncertainty of the parameters, and tell which decide.
+class _Options(OutputOptions, ModelOptions):
+    """Sample the knees, or a model of your own, within its uncertainty, and tell what decides.
 
     The packaged baseline is a reconstruction: the parameter table of Ciszkiewicz & Dumas 2024 is
     not available.
     """
 
     influence: bool = False
-    """Compute Sobol' indices of the 12 angles as well."""
+    """Compute Sobol' indices of the outputs (the 12 angles) as well."""
     result: File = None
     """A result.json of a search with the same bounds, to be held against the samples."""
 
@@ -37,36 +39,47 @@ class _Options(OutputOptions, KneeOptions):
 Options = with_flags(with_flags(_Options, InfluenceSettings), SamplingSettings)
 
 
-def _checked(options: _Options) -> tuple["Knee", "SearchResult | None"]:
+def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     """Refuse what can be refused before anything is computed."""
-    from kneecore.files.folder import prepare_folder
-    from kneecore.files.study import STUDY_FILE
+    from kneecore.cli.budget import tell_budget
     from kneecore.search.result import SearchResult
+    from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
 
-    knee = options.knee()
+    model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
-    for kind in (SamplingSettings, InfluenceSettings):
-        settings_from(kind, options)
+    asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
+    budgets = [study_budget(settings, model) for settings in asked[: 1 + options.influence]]
     if worst is not None:
-        check_comparable(worst, knee)
-    if options.out is not None:
-        prepare_folder(options.out, force=options.force, holds=STUDY_FILE)
-    return knee, worst
+        check_comparable(worst, model)
+    tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
+    return model, worst
 
 
-def _study(options: _Options, stop: threading.Event, show: "Callback") -> "Study":
+def _study(options: _Options, keeping: Keeping, stop: threading.Event, show: "Callback") -> "Study":
+    from kneecore.files.study import STUDY_FILE
+
+    model, worst = _checked(options)
+    with keeping.opened(STUDY_FILE):
+        return _computed(options, model, worst, stop, show)
+
+
+def _computed(
+    options: _Options,
+    model: "Model",
+    worst: "SearchResult | None",
+    stop: threading.Event,
+    show: "Callback",
+) -> "Study":
     from kneecore.files.study import Study
     from kneecore.study.comparison import compare_with_sampling
     from kneecore.study.monte_carlo import monte_carlo
-
-    knee, worst = _checked(options)
 
     def callback(report: "Progress") -> object:
         return show(report) or stop.is_set()
 
     sampled = monte_carlo(
-        knee,
+        model,
         settings_from(SamplingSettings, options),
         marks=None if worst is None else worst.y,
         callback=callback,
@@ -92,15 +105,18 @@ def _add_influence(study: "Study", settings: InfluenceSettings, callback: Any) -
         study.fault = error
 
 
-def _save(options: _Options, study: "Study", *, figures: bool) -> None:
+def _save(options: _Options, study: "Study", *, figures: bool) -> bool:
+    """Write the files that were asked for; return whether Ctrl-C was pressed meanwhile."""
     if options.out is None:
-        return
+        return False
     from pathlib import Path
 
     from kneecore.files.folder import contents, write_all
     from kneecore.files.study import FORMAT
 
-    write_all(Path(options.out), contents(study, FORMAT, figures=figures))
+    with run.undisturbed() as stop:
+        write_all(Path(options.out), contents(study, FORMAT, figures=figures))
+    return stop.is_set()
 
 
 def _told(options: _Options, study: "Study") -> str:
@@ -112,27 +128,41 @@ def _told(options: _Options, study: "Study") -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
+    with Keeping(COMMAND, options, arguments) as keeping:
+        return _run(options, keeping)
+
+
+def _run(options: _Options, keeping: Keeping) -> int:
     from kneecore.cli.progress import ProgressDisplay
+    from kneecore.progress import Cancelled
 
     try:
         with ProgressDisplay(quiet=options.quiet) as show:
             study, interrupted = run.run_cancellable(
-                lambda stop: _study(options, stop, show), COMMAND, show.close
+                lambda stop: _study(options, keeping, stop, show),
+                COMMAND,
+                show.close,
+                keeping.way_on,
             )
         if not interrupted:  # before the files: a full disk then costs no result
             run.put(_told(options, study))
-        _save(options, study, figures=not interrupted)
+        stopped = _save(options, study, figures=not interrupted)
         if study.fault is not None:
             raise study.fault
     except KneecoreError as error:
         names = flag_names(SamplingSettings, InfluenceSettings) | {"folder": "--out"}
         return run.fail(COMMAND, error, options, names)
+    except Cancelled:
+        told = "interrupted before there were two samples; nothing was saved"
+        return run.interrupted(COMMAND, told + keeping.way_on())
     except KeyboardInterrupt:
-        run.say(COMMAND, "interrupted while writing; nothing was saved")
-        return run.INTERRUPTED
+        way_on = keeping.way_on()
+        return run.interrupted(COMMAND, f"interrupted while writing; nothing was saved{way_on}")
     if interrupted:
         kept = "nothing was saved" if options.out is None else f"it is in {options.out}"
         told = f"interrupted after {study.sampled.n_samples:,} samples; {kept}"
-        run.say(COMMAND, f"{told}")
-        return run.INTERRUPTED
+        return run.interrupted(COMMAND, told + keeping.way_on())
+    keeping.done()
+    if stopped:
+        return run.interrupted(COMMAND, f"interrupted; all files are in {options.out}")
     return run.DONE

@@ -1,7 +1,7 @@
 """What a search says about how good its result is, as JSON tables and back."""
 
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 from kneecore.errors import FileFormatError
@@ -58,7 +58,12 @@ def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
         objective_proxy=number_or_none(table, "objective_at_rest"),
         objective_before_climb=number_or_none(table, "objective_before_climb"),
         patterns=tuple(
-            (tuple(int(s) for s in p["signs"]), float(p["objective"])) for p in table["patterns"]
+            # No model could be evaluated for a pattern without a number.
+            (
+                tuple(int(s) for s in p["signs"]),
+                -inf if p["objective"] is None else float(p["objective"]),
+            )
+            for p in table["patterns"]
         ),
         n_evaluations=int(table["models_with_gradient"]),
         n_failed=int(table["models_lost"]),

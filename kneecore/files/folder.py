@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from kneecore.errors import OutputError
+from kneecore.files.digest import with_digest
 from kneecore.presented import Format
 
 _LOG = logging.getLogger("kneecore")
@@ -106,8 +107,8 @@ def prepare_folder(folder: str | Path, *, force: bool, holds: str = RESULT_FILE)
 
 
 def to_json(document: dict[str, Any]) -> str:
-    """Return JSON-ready values as text, ending in a newline."""
-    return json.dumps(document, allow_nan=False, ensure_ascii=False) + "\n"
+    """Return JSON-ready values and their digest as text, ending in a newline."""
+    return json.dumps(with_digest(document), allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def contents(result: Any, form: Format, *, figures: bool) -> Iterator[tuple[str, bytes]]:

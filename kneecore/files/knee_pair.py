@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kneecore.errors import FileFormatError
 from kneecore.files.evidence import optional
 from kneecore.files.model import array, baseline_table, knee_vector, number_or_none, read_knee
-from kneecore.files.response import read_response, response_table
+from kneecore.files.response import MARKS, read_response, response_table
 from kneecore.knee.extension import extension_difference_deg, extension_difference_percent
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import LIGAMENTS, check_physical
@@ -124,7 +124,7 @@ def knee_curves(result: SearchResult) -> Iterator[list[Any]]:
     tensions = [f"tension_{name}_n" for name in LIGAMENTS]
     yield [
         *("model", "moment_nm", "flexion_deg", *tensions, "contact_force_n", "indentation_mm"),
-        *("ap_position_mm", "settled", "status"),
+        *("ap_position_mm", "settled", "at_rest", "implausible", "status"),
     ]
     for name, response in result.responses.items():
         columns = [
@@ -135,5 +135,11 @@ def knee_curves(result: SearchResult) -> Iterator[list[Any]]:
             plain(response.ap_position, 1e3),
         ]
         for k, moment in enumerate(MOMENT.tolist()):
-            settled = str(bool(response.settled[k])).lower()
-            yield [name, moment, *(c[k] for c in columns), settled, response.status]
+            marks = [_mark(response, key, k) for key in ("settled", *MARKS)]
+            yield [name, moment, *(c[k] for c in columns), *marks, response.status]
+
+
+def _mark(response: Response, key: str, k: int) -> str:
+    """Return `true` or `false`; nothing where a file has not told."""
+    marks = getattr(response, key)
+    return "" if marks is None else str(bool(marks[k])).lower()

@@ -1,14 +1,23 @@
-"""Results read back: one way in for every type, one line for every fault."""
+"""Results read back: one way in for every type, one line for every fault.
+
+What a file says must agree with itself and with its digest. A file without one, of an earlier
+version or made by hand, is read with all other checks.
+"""
 
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from kneecore._arguments import file_name, shown, shown_name
 from kneecore._untrusted import parse_json, read_text
 from kneecore.errors import FileFormatError, KneecoreError
+from kneecore.files.consistent import check_plain, check_same
+from kneecore.files.digest import check_digest
+from kneecore.files.study_relations import check_relations
 from kneecore.presented import Format, format_with_schema
 
-__all__ = ["MAX_BYTES", "from_json", "load", "load_with"]
+__all__ = ["MAX_BYTES", "from_json", "load", "load_with", "read_document"]
 
 MAX_BYTES = 50_000_000
 WITH_OTHERS = "paper.json"
@@ -22,12 +31,19 @@ def _document(text: str) -> dict[str, Any]:
     return document
 
 
-def _read(document: dict[str, Any], form: Format) -> Any:
+def read_document(document: dict[str, Any], form: Format) -> Any:
+    """Return the result in a parsed document, checked against itself and its digest."""
     schema = document.get("schema")
     if schema != form.schema:
-        raise FileFormatError(f"`schema` is {schema!r}; {form.schema!r} is allowed")
+        raise FileFormatError(f"`schema` is {shown(schema)}; {form.schema!r} is allowed")
     try:
-        return form.from_dict(document)
+        check_plain(document)
+        with np.errstate(all="ignore"):  # a stranger's numbers may have any size
+            result = form.from_dict(document)
+            check_relations(result)
+            check_same(document, form.to_dict(result))
+        check_digest(document)
+        return result
     except FileFormatError:
         raise
     except KneecoreError as error:
@@ -46,7 +62,7 @@ def from_json(text: str, form: Format) -> Any:
     FileFormatError
         If the text is no result of this form.
     """
-    return _read(_document(text), form)
+    return read_document(_document(text), form)
 
 
 def _path(given: str | Path) -> Path:
@@ -96,8 +112,10 @@ def load(path: str | Path) -> Any:
         document = _document(_text_of(path))
         form = format_with_schema(document.get("schema"))
         if form is None:
-            raise FileFormatError(f"`schema` is {document.get('schema')!r}, which is no result's")
-        return _read(document, form)
+            raise FileFormatError(
+                f"`schema` is {shown(document.get('schema'))}, which is no result's"
+            )
+        return read_document(document, form)
     except FileFormatError as error:
         raise FileFormatError(f"{shown_name(str(path))}: {error}") from None
 

@@ -30,6 +30,7 @@ Told = Callable[[Any], Any]
 SCHEMA = "kneecore.monte_carlo/1"
 STUDY_FILE = "uncertainty.json"
 MARKS = "share_of_samples_below"
+USED = "samples_used_by_output"
 _BOUNDS = ("sigma", "percentile")
 
 
@@ -89,6 +90,7 @@ def to_dict(study: MonteCarloResult) -> dict[str, Any]:
         "schema": SCHEMA,
         "n_samples": study.n_samples,
         **{f"n_{name}": count for name, count in study.counts.items()},
+        **({} if study.n_used is None else {USED: study.n_used.tolist()}),
         **own,
         MARKS: told(study.below),
         **origin_table(study.model),
@@ -145,7 +147,12 @@ def from_dict(document: dict[str, Any]) -> MonteCarloResult:
         seconds=read_seconds(document),
         threads=int(document["threads"]),
         versions=read_versions(document),
+        n_used=_read_used(document.get(USED), model.n_outputs),
     )
+
+
+def _read_used(told: Any, n_outputs: int) -> Any:
+    return None if told is None else array(told, (n_outputs,), USED).astype(np.int64)
 
 
 def _others(study: MonteCarloResult, figures: bool) -> Iterator[tuple[str, bytes]]:

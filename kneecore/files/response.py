@@ -10,7 +10,7 @@ from kneecore.knee.response import MOMENT, Response, status_text
 from kneecore.numbers import plain
 from kneecore.presented import Format
 
-__all__ = ["FORMAT", "read_response", "response_table", "to_dict"]
+__all__ = ["FORMAT", "MARKS", "read_response", "response_table", "to_dict"]
 
 SCHEMA = "kneecore.response/1"
 _N_LOADS = len(MOMENT)
@@ -27,16 +27,25 @@ _FIELDS = (
     ("ligament_rest_length_mm", "rest_length", 1e3, (4,)),
     ("load_free_position_mm", "load_free_position", 1e3, (2,)),
 )
+_AUDIT = "half_step_change_deg"
+MARKS = ("at_rest", "implausible")
+
+
+def _told(response: Response, mark: str) -> bool:
+    return getattr(response, mark) is not None
 
 
 def response_table(response: Response) -> dict[str, Any]:
     """Return a response as JSON-ready values, without a schema."""
     table: dict[str, Any] = {
         "settled": response.settled.tolist(),
+        **{key: getattr(response, key).tolist() for key in MARKS if _told(response, key)},
         "status": response.status,
         "refinements": response.refinements,
         "lost_at_nm": plain(response.lost_at),
     }
+    if response.half_step_change is not None:
+        table[_AUDIT] = plain(response.half_step_change, _DEGREES)
     for key, field, factor, _ in _FIELDS:
         table[key] = plain(getattr(response, field), factor)
     return table
@@ -49,9 +58,16 @@ def read_response(table: dict[str, Any]) -> Response:
         raise FileFormatError("`status` does not fit `refinements`")
     # Results that were written before there were equilibria have none.
     lost_at = number_or_none(table, "lost_at_nm") if "lost_at_nm" in table else None
+    # Results that were written before there were these marks have none.
+    marks = {k: array(table[k], (_N_LOADS,), k).astype(bool) for k in MARKS if k in table}
     return Response(
         moment=MOMENT,
         settled=array(table["settled"], (_N_LOADS,), "settled").astype(bool),
+        at_rest=marks.get("at_rest"),
+        implausible=marks.get("implausible"),
+        half_step_change=array(table[_AUDIT], (_N_LOADS,), _AUDIT) / _DEGREES
+        if _AUDIT in table
+        else None,
         refinements=refinements,
         lost_at=math.nan if lost_at is None else lost_at,
         **{field: array(table[key], shape, key) / factor for key, field, factor, shape in _FIELDS},

@@ -24,7 +24,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, inner, kernel
 from kneecore._threads import run_all, thread_count
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
@@ -39,7 +39,7 @@ __all__ = ["flexion_gradient"]
 FloatArray = NDArray[np.float64]
 
 
-@kernel
+@inner
 def _answer(row: FloatArray, pose: FloatArray, h: FloatArray) -> tuple[float, float, float]:
     """Return dx/dM, dy/dM and dpsi/dM in an equilibrium: the solution of H w = (0, 0, 1).
 
@@ -104,7 +104,7 @@ def _contact(row, x, y, s, c, wx, wy, wp, weight, b):  # type: ignore[no-untyped
     b[30] += weight * delta * root * sink
 
 
-@kernel
+@inner
 def _add(
     row: FloatArray, pose: FloatArray, weight: float, h: FloatArray, by_constant: FloatArray
 ) -> None:

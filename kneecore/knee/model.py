@@ -12,15 +12,17 @@ Examples
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Self, get_args
+from typing import Any, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
+from kneecore._second_compiler import compile_apart, wait_for
 from kneecore.inputs import Input, Output
 from kneecore.knee.bounds import with_geometry_bound
+from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import flexion_of, respond
@@ -41,6 +43,7 @@ from kneecore.knee.response import (
 )
 from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
+from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
@@ -88,6 +91,8 @@ class Knee(Model):
         baseline's rest lengths.
     threads : int, optional
         Threads to use; all available cores for None. The numbers do not depend on it.
+    workers : int, str or executor, optional
+        Who runs the knees, as for `Model`: for millions of samples on many machines.
 
     Raises
     ------
@@ -95,6 +100,7 @@ class Knee(Model):
         If an argument is not allowed.
     """
 
+    can_keep = False
     count_names = ("failed", "refined", "unsettled")
     in_corners = True
     watched = LARGEST_EXTENSION
@@ -113,12 +119,18 @@ class Knee(Model):
         solver: Solver = "dynamics",
         rest_length: RestLength = "recomputed",
         threads: int | None = None,
+        workers: Any = None,
     ) -> None:
         self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
         super().__init__(
-            None, _inputs(self.space), [FLEXION], name=self.space.title, threads=threads
+            None,
+            _inputs(self.space),
+            [FLEXION],
+            name=self.space.title,
+            threads=threads,
+            workers=workers,
         )
 
     @property
@@ -150,15 +162,23 @@ class Knee(Model):
         """Half-range of every length and coordinate, mm."""
         return self.space.geometry_bound_mm
 
+    @property
+    def identity(self) -> bytes:
+        """What tells its runs from those of other knees, or computed in another way."""
+        way = f"{self.solver} {self.rest_length}".encode()
+        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
         return self.with_space(with_geometry_bound(self.space, size))
 
     def with_space(self, space: ParameterSpace) -> Self:
         """Return the knees of another space, computed in the same way."""
-        return type(self)(
+        knee = type(self)(
             space, solver=self.solver, rest_length=self.rest_length, threads=self.threads
         )
+        knee._engine, knee._options = self._engine, self._options  # the same workers
+        return knee
 
     @property
     def has_gradient(self) -> bool:
@@ -192,7 +212,7 @@ class Knee(Model):
             return widened(values, len(self.inputs))
         return super()._points(argument, x)
 
-    def examine(self, x: FloatArray, *, observe: bool = False) -> Evaluation:
+    def _examine(self, x: FloatArray, *, observe: bool) -> Evaluation:
         """Run the knees, SI, shape (n, 28) or (n, 32); angles in deg, (n, 12)."""
         if observe:
             return self._observed(x)
@@ -224,6 +244,8 @@ class Knee(Model):
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
                 "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
+                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
+                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -267,12 +289,43 @@ class Knee(Model):
         """Return one knee's motion in time, `x` of shape (28,) or (32,), SI."""
         return trajectory(x, baseline=self.space.baseline, rest_length=self.rest_length)
 
+    def half_step_change(self, x: ArrayLike) -> FloatArray:
+        """Return by how much half the time step moves each angle of the motion, (n, 12), rad."""
+        return half_step_change(
+            x, baseline=self.space.baseline, rest_length=self.rest_length, threads=self.threads
+        )
+
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return circle, plateau and ligaments in the load-free pose, femur frame, mm."""
         return shapes(x, self.space.baseline, self.rest_length)
 
     def warm_up(self, *, gradient: bool = False) -> None:
         """Run each of the knee's kernels once."""
+        if gradient:
+            compile_apart(_AT_REST)
+        wait_for(_IN_MOTION)
         simulate(self.space.baseline, solver=self.solver)
         if gradient:
+            wait_for(_AT_REST)
             flexion_gradient(self.space.baseline)
+
+    @staticmethod
+    def compile_ahead() -> None:
+        """Have another process compile the knee's motion at the first start; return at once.
+
+        It gains time where there is something else to do until the first knee is wanted.
+        """
+        compile_apart(_IN_MOTION)
+
+
+_IN_MOTION = "kneecore.knee.model:_compile_in_motion"
+_AT_REST = "kneecore.knee.model:_compile_at_rest"
+
+
+def _compile_in_motion() -> None:
+    simulate(packaged_knee().baseline)
+
+
+def _compile_at_rest() -> None:
+    """Compile the larger half of an exact search's kernels."""
+    simulate(packaged_knee().baseline, solver="equilibrium")

@@ -25,6 +25,7 @@ from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
 from kneecore.knee.physics.dynamics import MOMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import settle
+from kneecore.knee.physics.marks import at_rest, implausible
 from kneecore.knee.physics.observe import observe
 from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y, constants, rest_lengths
 from kneecore.presented import Presented
@@ -95,6 +96,14 @@ class Response(Presented):
     """Of the four ligaments, shape (4,), m."""
     load_free_position: FloatArray
     """Origin of the tibia in the load-free pose (54.79 deg), shape (2,), m."""
+    at_rest: BoolArray | None = None
+    """Whether the angle is within 0.1 deg of the equilibrium that the same knee has at that load,
+    shape (12,); false where it has none. None if read from a file that does not tell."""
+    implausible: BoolArray | None = None
+    """Whether the pose is none of a knee: flexion outside -60 to 170 deg, or an indentation above
+    half the radius; shape (12,). None if read from a file that does not tell."""
+    half_step_change: FloatArray | None = None
+    """By how much half the time step moves each angle, shape (12,), rad; None if not asked for."""
     lost_at: float = math.nan
     """Moment (N m, extension positive) at which no equilibrium was left to follow: this response is
     then the dynamics'. NaN if all were found, or never asked for."""
@@ -108,6 +117,18 @@ class Response(Presented):
     def n_unsettled(self) -> int:
         """Number of loads at which the knee had not come to rest; 0 for a failed model."""
         return 0 if self.refinements < 0 else int(np.count_nonzero(~self.settled))
+
+    @property
+    def n_not_at_rest(self) -> int:
+        """Number of loads at which the angle is not the equilibrium's; 0 for a failed model."""
+        if self.at_rest is None or self.refinements < 0:
+            return 0
+        return int(np.count_nonzero(~self.at_rest))
+
+    @property
+    def n_implausible(self) -> int:
+        """Number of loads at which the pose is none of a knee."""
+        return 0 if self.implausible is None else int(np.count_nonzero(self.implausible))
 
     def __repr__(self) -> str:
         angles = ", ".join(f"{a:.2f}" for a in np.degrees(self.flexion))
@@ -134,6 +155,10 @@ class ResponseBatch:
     """Shape (n, 12, 2), m."""
     settled: BoolArray
     """Shape (n, 12)."""
+    at_rest: BoolArray
+    """Shape (n, 12)."""
+    implausible: BoolArray
+    """Shape (n, 12)."""
     refinements: NDArray[np.int8]
     """Shape (n,); -1 for a failed model."""
     rest_length: FloatArray
@@ -156,6 +181,8 @@ class ResponseBatch:
             ap_position=self.ap_position[index],
             tibia_position=self.tibia_position[index],
             settled=self.settled[index],
+            at_rest=self.at_rest[index],
+            implausible=self.implausible[index],
             refinements=int(self.refinements[index]),
             rest_length=self.rest_length[index],
             load_free_position=self.load_free_position[index],
@@ -189,6 +216,16 @@ class ResponseBatch:
     def n_unsettled(self) -> int:
         """Number of models, failed ones apart, that had not come to rest at some load."""
         return int(np.count_nonzero(~self.settled.all(axis=1) & ~self.failed))
+
+    @property
+    def n_not_at_rest(self) -> int:
+        """Number of models, failed ones apart, with an angle that is not the equilibrium's."""
+        return int(np.count_nonzero(~self.at_rest.all(axis=1) & ~self.failed))
+
+    @property
+    def n_implausible(self) -> int:
+        """Number of models with a pose that is none of a knee."""
+        return int(np.count_nonzero(self.implausible.any(axis=1)))
 
     def __repr__(self) -> str:
         return (
@@ -254,18 +291,25 @@ def simulate_batch(
     rows = prepare(X, baseline, rest_length)
     if solver == "equilibrium":
         poses, settled, refinements, lost_at = settle(rows, threads)
+        rests, lost = np.ones_like(settled), ~np.isnan(lost_at)
+        if lost.any():
+            rests[lost] = at_rest(rows[lost], poses[lost], threads)
     else:
         poses, settled, refinements = respond(rows, threads)
         lost_at = np.full(len(rows), np.nan)
+        rests = at_rest(rows, poses, threads)
+    seen = observe(rows, poses)
     return ResponseBatch(
         flexion=flexion_of(poses),
         moment=MOMENT,
         settled=settled,
+        at_rest=rests,
+        implausible=implausible(rows, poses, seen["indentation"]),
         refinements=refinements,
         rest_length=rest_lengths(rows),
         load_free_position=rows[:, [ORIGIN_X, ORIGIN_Y]],
         lost_at=lost_at,
-        **observe(rows, poses),
+        **seen,
     )
 
 

@@ -14,9 +14,9 @@ Examples
 True
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from kneecore.numerics import breeding
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.sampling_options import check_count, check_seed
 
-__all__ = ["Fused", "GeneticOptions", "GeneticResult", "Population", "maximize"]
+__all__ = ["Fused", "GeneticOptions", "GeneticResult", "Kept", "Population", "maximize"]
 
 FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray], FloatArray]
@@ -68,6 +68,18 @@ class Fused(Protocol):
 
     def evolve(self, population: Population, n_generations: int) -> FloatArray:
         """Breed in place and return the best value after each generation."""
+        ...
+
+
+class Kept(Protocol):
+    """Where the state of a search is kept, so that it can go on after it was stopped."""
+
+    def load(self) -> Mapping[str, NDArray[Any]] | None:
+        """Return the state that was kept last, or None."""
+        ...
+
+    def save(self, state: Callable[[], dict[str, NDArray[Any]]], *, now: bool = False) -> None:
+        """Keep a state, unless one was kept a moment ago and it need not be now."""
         ...
 
 
@@ -146,6 +158,19 @@ def _bounds(lower: ArrayLike, upper: ArrayLike) -> tuple[FloatArray, FloatArray]
     return low, high
 
 
+def _begun(
+    objective: Objective, population: Population, before: Mapping[str, NDArray[Any]] | None
+) -> tuple[Population, list[FloatArray]]:
+    """Return the first population, or the one that was kept, and the best values until then."""
+    if before is None:
+        breeding.first_population(population.seed, population.lower, population.upper, population.x)
+        population.values = _call(objective, population.x)
+        return population, [population.values.max(keepdims=True)]
+    population.x, population.values = before["x"], before["values"]
+    population.generation = int(before["generation"])
+    return population, [before["history"]]
+
+
 def maximize(
     objective: Objective | Fused,
     lower: ArrayLike,
@@ -156,6 +181,7 @@ def maximize(
     options: GeneticOptions | None = None,
     seed: int = 0,
     callback: Callable[[int, float], object] | None = None,
+    kept: Kept | None = None,
 ) -> GeneticResult:
     """Maximise `objective` within bounds.
 
@@ -176,6 +202,8 @@ def maximize(
         The same seed gives the same bytes.
     callback : callable, optional
         Called with (generations so far, best value so far); a true result cancels the search.
+    kept : Kept, optional
+        Where its state is kept, and from which it goes on: with the same arguments.
 
     Raises
     ------
@@ -187,19 +215,29 @@ def maximize(
     options = options or GeneticOptions()
     low, high = _bounds(lower, upper)
     n_elite = options.split(check_count("pop_size", pop_size))[0]
-    x = np.empty((pop_size, len(low)))
-    breeding.first_population(check_seed(seed), low, high, x)
-    population = Population(
-        x=x,
-        values=_call(objective, x),
-        lower=low,
-        upper=high,
-        options=options,
-        seed=seed,
-        generation=0,
-        n_generations=check_count("n_generations", n_generations),
+    population, history = _begun(
+        objective,
+        Population(
+            x=np.empty((pop_size, len(low))),
+            values=np.empty(pop_size),
+            lower=low,
+            upper=high,
+            options=options,
+            seed=check_seed(seed),
+            generation=0,
+            n_generations=check_count("n_generations", n_generations),
+        ),
+        None if kept is None else kept.load(),
     )
-    history = [population.values.max(keepdims=True)]
+
+    def state() -> dict[str, NDArray[Any]]:
+        return {
+            "x": population.x,
+            "values": population.values,
+            "generation": np.array(population.generation),
+            "history": np.concatenate(history),
+        }
+
     step = GENERATIONS_PER_CALL if isinstance(objective, Fused) else 1
     cancelled = False
     while population.generation < n_generations:
@@ -211,9 +249,13 @@ def maximize(
             history.append(objective.evolve(population, min(step, left)))
         else:
             history.append(_evolve_one(objective, population))
+        if kept is not None:
+            kept.save(state)
     else:
         if callback is not None:
             callback(population.generation, float(history[-1][-1]))
+    if kept is not None:
+        kept.save(state, now=True)
     best = int(np.argmax(population.values))
     if not np.isfinite(population.values[best]):
         raise ModelError("no individual could be evaluated: every model of the search failed")

@@ -7,6 +7,8 @@ from kneecore.search.result import METHOD_NAMES, Evidence, Repair, SearchResult
 
 __all__ = ["comparison_lines", "evidence_lines", "repair_line"]
 
+_MANY_FAILED = 0.01  # share of the models with a gradient: as for the search that then evolves
+
 
 def _f(model: Model, value: float) -> str:
     text = f"{value:.2f}" if isinstance(model, Knee) else significant(value)
@@ -23,6 +25,11 @@ def evidence_lines(model: Model, evidence: Evidence) -> list[str]:
     ]
     if evidence.second_best is not None:
         lines[0] += f" Second-best basin: {_f(model, evidence.second_best)}."
+    if evidence.n_failed > _MANY_FAILED * evidence.n_evaluations:
+        lines.append(
+            f"{evidence.n_failed / evidence.n_evaluations:.0%} of the models looked at on the way "
+            "failed: f is the best known value, and a longer search may find a larger one."
+        )
     if evidence.objective_before_climb is not None and evidence.objective_proxy is not None:
         rest, before = evidence.objective_proxy, evidence.objective_before_climb
         lines.append(

@@ -7,6 +7,7 @@ from kneecore.knee.extension import extension_difference_deg, extension_differen
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import LIGAMENTS
 from kneecore.knee.response import LARGEST_EXTENSION, MOMENT
+from kneecore.report.marks import mark
 from kneecore.report.tables import number, table
 from kneecore.search.result import SearchResult
 
@@ -55,10 +56,10 @@ def _angles(result: SearchResult) -> Table:
     columns = ["moment N m", "baseline", "model 1", "model 2", "difference"]
     if predicted is not None:
         columns += ["surrogate 1", "surrogate 2"]
-    rows = table("Flexion angle, deg (* not settled)", *columns)
+    rows = table("Flexion angle, deg", *columns)
     for k in np.argsort(-MOMENT):
         angles = [np.degrees(m.flexion[k]) for m in result.responses.values()]
-        marks = ["" if m.settled[k] else "*" for m in result.responses.values()]
+        marks = [mark(m, k) for m in result.responses.values()]
         row = [f"{MOMENT[k]:+g}"]
         row += [number(a) + mark for a, mark in zip(angles, marks, strict=True)]
         row.append(number(angles[2] - angles[1]))

@@ -8,7 +8,8 @@ from rich.text import Text
 
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
-from kneecore.report.outputs import heading, label, origin, shown
+from kneecore.report.marks import counted
+from kneecore.report.outputs import failure_lines, heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.monte_carlo import MonteCarloResult
 
@@ -54,13 +55,14 @@ def _footer(study: MonteCarloResult) -> str:
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
     drawn = settings.sampling
     told = f"{drawn}, rounded up to a power of two" if drawn == "sobol" else drawn
-    kinds = {"refined": "refined", "unsettled": "with an unsettled load"}
-    became = [f"{study.n_failed} failed"]
-    became += [f"{counts[kind]} {words}" for kind, words in kinds.items() if kind in counts]
-    return (
+    became = [f"{study.n_failed} failed", *counted(counts)]
+    lines = [
         f"{study.n_samples:,} samples{cut} ({told}, seed {settings.seed}): "
-        f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.\n{origin(study.model)}"
-    )
+        f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.",
+        *failure_lines(study.model),
+        origin(study.model),
+    ]
+    return "\n".join(lines)
 
 
 def _parts(study: MonteCarloResult) -> Sequence[RenderableType]:

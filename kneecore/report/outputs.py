@@ -9,11 +9,24 @@ from kneecore.model import Model
 from kneecore.report.knee_pair import knee_footer
 from kneecore.report.tables import number, significant, with_unit
 
-__all__ = ["NO_PROOF", "heading", "label", "origin", "shown", "solver", "spread"]
+__all__ = ["NO_PROOF", "failure_lines", "heading", "label", "origin", "shown", "solver", "spread"]
 
 FloatArray = NDArray[np.float64]
 
 NO_PROOF = "Exact searches: the worst found from many starts, which is no proof of the worst."
+
+
+MOST_FAILURES = 3
+"""Failed runs that a report tells one by one."""
+
+
+def failure_lines(model: Model) -> list[str]:
+    """Return why runs of a model failed, where that is known."""
+    failures = model.failures
+    lines = [f"Failed: {failure}." for failure in failures[:MOST_FAILURES]]
+    if len(failures) > MOST_FAILURES:
+        lines.append(f"All {len(failures):,} are in `model.failures`.")
+    return lines
 
 
 def heading(model: Model) -> str:

@@ -8,6 +8,8 @@ from rich.text import Text
 from kneecore.knee.parameters import LIGAMENTS
 from kneecore.knee.response import LARGEST_EXTENSION, Response
 from kneecore.presented import Words
+from kneecore.report.marks import legend, mark
+from kneecore.report.step_check import step_lines
 from kneecore.report.tables import number, render, table
 
 __all__ = ["WORDS", "response_table"]
@@ -28,7 +30,7 @@ def response_table(
         numbers = [*response.tension[k], response.contact_force[k]]
         rows.add_row(
             f"{response.moment[k]:+g}",
-            number(np.degrees(response.flexion[k])),
+            number(np.degrees(response.flexion[k])) + mark(response, int(k)),
             *(f"{v:.1f}" for v in numbers),
             f"{1e3 * response.indentation[k]:.2f}",
             f"{1e3 * response.ap_position[k]:.2f}",
@@ -39,7 +41,8 @@ def response_table(
         f"{name.upper()} {1e3 * value:.3f}"
         for name, value in zip(LIGAMENTS, response.rest_length, strict=True)
     )
-    below = [Text(f"Rest lengths, mm: {rest}")]
+    below = [Text(f"Rest lengths, mm: {rest}"), *map(Text, legend([response]))]
+    below += map(Text, step_lines({"the knee": response}))
     lost_at = response.lost_at if at_rest is None else at_rest.lost_at
     if not math.isnan(lost_at):
         below.append(Text(f"No equilibrium could be followed to {lost_at:+g} N m: dynamics shown."))

@@ -14,6 +14,9 @@ from kneecore.presented import Words
 from kneecore.report.command import command_line
 from kneecore.report.evidence import comparison_lines, evidence_lines, repair_line
 from kneecore.report.knee_pair import difference_lines, knee_footer, knee_summary, knee_tables
+from kneecore.report.marks import counted, legend
+from kneecore.report.outputs import failure_lines
+from kneecore.report.step_check import step_lines
 from kneecore.report.tables import render, significant, table, with_unit
 from kneecore.search.result import SearchResult
 
@@ -117,9 +120,7 @@ def _parameters(result: SearchResult) -> Table:
 
 def _counts(result: SearchResult) -> str:
     counts = result.counts
-    kinds = {"refined": "refined", "unsettled": "with an unsettled load"}
-    told = [f"{counts['models_failed']} failed"]
-    told += [f"{counts[f'models_{k}']} {v}" for k, v in kinds.items() if f"models_{k}" in counts]
+    told = [f"{counts['models_failed']} failed", *counted(counts, "models_")]
     pairs = ""
     if result.settings.method == "ga":
         pairs = f"{counts['pairs_evaluated']:,} pairs evaluated, "
@@ -129,7 +130,8 @@ def _counts(result: SearchResult) -> str:
 def _footer(result: SearchResult) -> str:
     model = result.model
     held = len(model.inputs) - model.n_free
-    lines = [f"Held at the baseline: {held} parameters."] if held else []
+    lines = legend(result.responses.values()) + step_lines(result.responses)
+    lines += [f"Held at the baseline: {held} parameters."] if held else []
     if result.training_x is not None:
         error = "unknown (too few samples)"
         if result.loo_rms is not None:
@@ -138,7 +140,8 @@ def _footer(result: SearchResult) -> str:
     method = f"Method: {result.settings.method}"
     solver = f", solver: {model.solver}" if isinstance(model, Knee) else ""
     seconds = ", ".join(f"{name} {value:.3f}" for name, value in result.seconds.items())
-    lines += [f"{method}{solver}.", _counts(result), f"Seconds: {seconds}."]
+    lines += [f"{method}{solver}.", _counts(result), *failure_lines(model)]
+    lines.append(f"Seconds: {seconds}.")
     lines.append(knee_footer(model) if isinstance(model, Knee) else f"Model: {model.name}.")
     return "\n".join(lines)
 

@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
-from kneecore.model import Model
+from kneecore.model import Model, Slopes
+from kneecore.record import Arrays, current_record
+from kneecore.search.best_seen import BestSeen
 from kneecore.search.half_evolution import QUICK, THOROUGH, evolve_pair
 from kneecore.search.pattern_climb import ClimbedPair, climb_from_patterns
 from kneecore.search.result import Evidence
@@ -52,16 +54,30 @@ class ExactModelPair:
 class _CountedSlopes:
     """A model's slopes, which count what was run."""
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
+    def __init__(self, model: Model, seen: BestSeen | None) -> None:
+        self._model, self._seen = model, seen
         self.n_simulated = self.n_failed = 0
 
-    def __call__(
-        self, u: FloatArray, weights: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        values, slopes, y = self._model.slopes(u, weights)
+    def __call__(self, u: FloatArray, weights: FloatArray) -> Slopes:
+        values, slopes, y = self._slopes(u, weights)
         self.n_simulated += len(u)
         self.n_failed += int(np.count_nonzero(np.isneginf(values)))
+        if self._seen is not None:
+            self._seen.take(u, y)
+        return values, slopes, y
+
+    def _slopes(self, u: FloatArray, weights: FloatArray) -> Slopes:
+        record = current_record()
+        if record is None:
+            return self._model.slopes(u, weights)
+
+        def compute() -> Arrays:
+            values, slopes, y = self._model.slopes(u, weights)
+            return {"values": values, "slopes": slopes, "y": y}
+
+        given = {"u": u, "weights": weights}
+        kept = record.run("slopes", self._model.identity, given, compute)
+        values, slopes, y = (np.asarray(kept[n], dtype=np.float64) for n in kept)
         return values, slopes, y
 
 
@@ -89,6 +105,7 @@ def exact_pair(
     *,
     settings: ExactSettings | None = None,
     report: Report | None = None,
+    seen: BestSeen | None = None,
 ) -> ExactModelPair:
     """Find the two most different models within bounds.
 
@@ -102,6 +119,8 @@ def exact_pair(
         How much to look for; the same seed gives the same bytes, on any number of threads.
     report : callable, optional
         As for `kneecore.search.sign_climb.climb_pair`, with the proxy's f.
+    seen : BestSeen, optional
+        Takes in what is evaluated on the way, where that is the model itself and no proxy.
 
     Raises
     ------
@@ -114,7 +133,7 @@ def exact_pair(
     weights = model.weights() if weights is None else weights
     guide = model if model.has_gradient else model.proxy
     assert guide is not None
-    slopes = _CountedSlopes(guide)
+    slopes = _CountedSlopes(guide, seen if guide is model else None)
     found = climb_pair(
         slopes, model.n_free, weights, order=model.order, settings=settings, report=report
     )

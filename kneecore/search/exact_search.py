@@ -1,6 +1,8 @@
 """The exact search in the place of the genetic algorithm: the same outcome, with its evidence."""
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +10,10 @@ from numpy.typing import NDArray
 from kneecore.numerics.box_climb import Slopes
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.search.best_seen import BestSeen
 from kneecore.search.exact_model import exact_pair
 from kneecore.search.problem import Found, Outcome, Problem, verified
+from kneecore.search.result import Evidence
 from kneecore.search.sign_climb import ExactSettings, climb_pair
 from kneecore.search.training import train
 
@@ -31,8 +35,12 @@ def slopes_of(surrogate: Surrogate) -> Slopes:
 class _Watch:
     """Turns the search's reports into `Progress`, and remembers whether they cancelled."""
 
-    def __init__(self, callback: Callback | None) -> None:
-        self._callback = callback
+    def __init__(
+        self,
+        callback: Callback | None,
+        so_far: Callable[[], Callable[[], Any] | None] | None = None,
+    ) -> None:
+        self._callback, self._so_far = callback, so_far
         self.history: list[float] = []
         self.cancelled = False
 
@@ -42,7 +50,14 @@ class _Watch:
             self.history.append(best)
         if self._callback is not None:
             told = best if known else None
-            report = Progress(stage="search", done=0, total=1, best=told, n_models=n_models)
+            report = Progress(
+                stage="search",
+                done=0,
+                total=1,
+                best=told,
+                n_models=n_models,
+                so_far=None if self._so_far is None else self._so_far(),
+            )
             self.cancelled = bool(self._callback(report))
         return self.cancelled
 
@@ -87,34 +102,42 @@ def exact_in_surrogate(problem: Problem) -> Outcome:
     return verified(problem, found, training, begun)
 
 
-def exact_in_model(problem: Problem) -> Outcome:
-    """Find the most different pair in the true model."""
-    watch = _Watch(problem.callback)
-    watch.begin()
-    begun = time.perf_counter()
-    pair = exact_pair(
-        problem.model.model,
-        problem.weights,
-        settings=ExactSettings(seed=problem.settings.seed, thorough=problem.settings.thorough),
-        report=watch,
-    )
-    evidence = pair.evidence
-    problem.model.n_simulated += evidence.n_evaluations + evidence.n_models
-    problem.model.counts["failed"] += evidence.n_failed
+def _until_now(problem: Problem, seen: BestSeen, begun: float) -> Callable[[], Any] | None:
+    """Return what makes a result of the best pair that was seen, or None before there is one."""
+    found, result_of = seen.pair, problem.result_of
+    if found is None or result_of is None:
+        return None
+    (u, y), f = found, seen.value
+    counted = problem.model.copy()
+    counted.n_simulated += seen.n_models
+    counted.counts["failed"] += seen.n_failed
+    return lambda: result_of(_outcome(u, y, f, [f], begun, "cancelled"), counted)
+
+
+def _outcome(
+    u: FloatArray,
+    y: FloatArray,
+    value: float,
+    history: list[float],
+    begun: float,
+    stop_reason: str,
+    evidence: Evidence | None = None,
+) -> Outcome:
+    """Return a pair of the true model as a search's outcome."""
     return Outcome(
         found=Found(
-            u=pair.u,
-            run_values=(pair.objective,),
+            u=u,
+            run_values=(value,),
             best_run=0,
-            history=np.array([*watch.history, pair.objective]),
+            history=np.array(history),
             n_evaluations=0,
-            stop_reason=watch.stop_reason,
+            stop_reason=stop_reason,
             evidence=evidence,
         ),
-        y=pair.y,
+        y=y,
         y_surrogate=None,
         objective_surrogate=None,
-        objective_model=pair.objective,
+        objective_model=value,
         training=None,
         seconds={
             "sampling": 0.0,
@@ -123,3 +146,24 @@ def exact_in_model(problem: Problem) -> Outcome:
             "verify": 0.0,
         },
     )
+
+
+def exact_in_model(problem: Problem) -> Outcome:
+    """Find the most different pair in the true model."""
+    begun = time.perf_counter()
+    seen = BestSeen(problem.weights) if problem.callback is not None else None
+    so_far = None if seen is None else lambda: _until_now(problem, seen, begun)
+    watch = _Watch(problem.callback, so_far)
+    watch.begin()
+    pair = exact_pair(
+        problem.model.model,
+        problem.weights,
+        settings=ExactSettings(seed=problem.settings.seed, thorough=problem.settings.thorough),
+        report=watch,
+        seen=seen,
+    )
+    evidence = pair.evidence
+    problem.model.n_simulated += evidence.n_evaluations + evidence.n_models
+    problem.model.counts["failed"] += evidence.n_failed
+    history = [*watch.history, pair.objective]
+    return _outcome(pair.u, pair.y, pair.objective, history, begun, watch.stop_reason, evidence)

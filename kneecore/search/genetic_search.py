@@ -1,15 +1,19 @@
 """The worst case by the paper's genetic algorithm, in a surrogate or in the model itself."""
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from kneecore.numerics.genetic import GeneticResult, maximize
 from kneecore.numerics.pair import ModelPair, SurrogatePair
 from kneecore.progress import Callback, Progress
+from kneecore.record import Arrays, KeptStep, kept_step, recording
 from kneecore.search.problem import Found, Outcome, Problem, verified
 from kneecore.search.settings import SearchSettings
 from kneecore.search.training import train
+from kneecore.unit_model import UnitModel
 
 __all__ = ["find_pair", "search_pair"]
 
@@ -20,6 +24,53 @@ def run_seed(seed: int, run: int) -> int:
         return seed
     state = np.random.SeedSequence([seed, run]).generate_state(1, np.uint64)
     return int(state[0] >> np.uint64(1))
+
+
+class _KeptRun:
+    """The state of a run in the model, with the model's counts and the time in it."""
+
+    def __init__(self, step: KeptStep, model: UnitModel) -> None:
+        self._step, self._model = step, model
+        self._seconds, self._start = 0.0, time.perf_counter()
+
+    def load(self) -> Arrays | None:
+        """Return the state in which the run was left, and set the counts as they were."""
+        state = self._step.load()
+        if state is not None:
+            self._seconds = float(state["seconds"])
+            self._model.seconds_before += self._seconds
+            self._model.n_simulated = int(state["n_simulated"])
+            for name, count in zip(self._model.counts, state["counts"], strict=True):
+                self._model.counts[name] = int(count)
+        return state
+
+    def save(self, state: Callable[[], Arrays], *, now: bool = False) -> None:
+        """Keep a state of the genetic algorithm."""
+        model = self._model
+
+        def whole() -> Arrays:
+            return {
+                **state(),
+                "n_simulated": np.array(model.n_simulated),
+                "counts": np.array(list(model.counts.values())),
+                "seconds": np.array(self._seconds + time.perf_counter() - self._start),
+            }
+
+        self._step.save(whole, now=now)
+
+
+def _maximized(
+    objective: ModelPair | SurrogatePair, settings: SearchSettings, run: int, **arguments: Any
+) -> GeneticResult:
+    """Run the genetic algorithm once; in a model its state is kept, not the single runs."""
+    if isinstance(objective, ModelPair) and isinstance(objective.model, UnitModel):
+        model = objective.model
+        weights = objective.weights.tolist()
+        step = kept_step("genetic", model.model.identity, settings, weights, run)
+        if step is not None:
+            with recording(None):
+                return maximize(objective, kept=_KeptRun(step, model), **arguments)
+    return maximize(objective, **arguments)
 
 
 def _run_all(
@@ -47,10 +98,12 @@ def _run_all(
             )
 
         results.append(
-            maximize(
+            _maximized(
                 objective,
-                np.zeros(2 * n_dimensions),
-                np.ones(2 * n_dimensions),
+                settings,
+                run,
+                lower=np.zeros(2 * n_dimensions),
+                upper=np.ones(2 * n_dimensions),
                 pop_size=settings.pop_size,
                 n_generations=per_run,
                 options=settings.options,
@@ -101,6 +154,7 @@ def find_pair(problem: Problem) -> Outcome:
         objective = SurrogatePair(training.surrogate, problem.weights, problem.threads)
     begun = time.perf_counter()
     found = search_pair(objective, problem.n_dimensions, settings, callback)
+    begun -= problem.model.seconds_before  # before it was stopped, if it was
     if callback is not None:
         callback(Progress(stage="verify", done=0, total=2, best=found.value, run=found.best_run))
     return verified(problem, found, training, begun)

@@ -1,8 +1,9 @@
 """What is searched, and what a search has found, on the unit cube of a model's free inputs."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ class Problem:
     settings: SearchSettings
     callback: Callback | None = None
     """Gets `Progress`; a true result cancels. A cancelled search returns the best pair so far."""
+    result_of: Callable[["Outcome", UnitModel], Any] | None = None
+    """Makes the search's result of what it has found until now, with the counts until now."""
 
     @property
     def n_dimensions(self) -> int:

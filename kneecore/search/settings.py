@@ -4,10 +4,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from kneecore._arguments import flag, number, shown, text
+from kneecore.budget import check_budget
 from kneecore.errors import ParameterError
 from kneecore.numerics.genetic_options import GeneticOptions
 from kneecore.numerics.sampling_options import check_count, check_seed
 from kneecore.options import check_choices, option, options_of
+from kneecore.search.budget import search_budget
 
 if TYPE_CHECKING:  # a command line shows its options without it
     from kneecore.model import Model
@@ -154,6 +156,7 @@ class SearchSettings:
         model.weights(self.objective, self.weights)
         settings = replace(self, search_space=space)
         settings.check_training(model.n_free)
+        check_budget(search_budget(settings, model))
         return settings
 
     def check_training(self, n_dimensions: int) -> None:

@@ -28,8 +28,6 @@ __all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "train"]
 
 FloatArray = NDArray[np.float64]
 
-_REPORTS = 10  # while a model of one's own, which may be slow, is sampled
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Training:
@@ -77,14 +75,14 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         raise Cancelled
     start = time.perf_counter()
     points = uniform(n, n_dimensions, settings.seed)
-    values = _sampled(model, points, report)
+    values = model(points, lambda done: report(Progress(stage="sampling", done=done, total=n)))
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
     if np.count_nonzero(good) < n_dimensions + 1:
         raise ModelError(
             f"{np.count_nonzero(~good)} of {n} training samples failed; the surrogate needs "
-            f"{n_dimensions + 1} that did not"
+            f"{n_dimensions + 1} that did not{model.model.told_failure}"
         )
     if report(Progress(stage="fit", done=0, total=1)):
         raise Cancelled
@@ -96,18 +94,6 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         seconds_sampling=sampled - start,
         seconds_fit=time.perf_counter() - sampled,
     )
-
-
-def _sampled(model: UnitModel, points: FloatArray, report: Callback) -> FloatArray:
-    """Run a model for points (n, d), one of one's own in a few parts, with a report after each."""
-    n = len(points)
-    size = n if model.model.in_corners else max(1, n // _REPORTS)
-    parts = []
-    for first in range(0, n, size):
-        if first and report(Progress(stage="sampling", done=first, total=n)):
-            raise Cancelled
-        parts.append(model(points[first : first + size]))
-    return np.concatenate(parts)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

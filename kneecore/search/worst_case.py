@@ -22,6 +22,7 @@ array([ 90., 110.])
 """
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,7 @@ def worst_case(
         weights=model.weights(settings.objective, settings.weights),
         settings=settings,
         callback=callback,
+        result_of=lambda found, counted: _result(replace(problem, model=counted), found, compiled),
     )
     return _result(problem, find(problem), compiled)
 

@@ -3,9 +3,11 @@
 from typing import Any, TypeVar
 
 from kneecore._arguments import callback_or_none, shown
+from kneecore.budget import check_budget
 from kneecore.errors import ParameterError
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
+from kneecore.study.budget import study_budget
 
 __all__ = ["Steps", "checked_settings"]
 
@@ -20,16 +22,20 @@ def checked_settings(
     Raises
     ------
     ParameterError
-        If the model is no `Model`, the settings are of another kind, or the callback is none.
+        If the model is no `Model`, the settings are of another kind, the callback is none, or the
+        machine cannot do what is asked for.
     """
     check_model(model)
     callback_or_none(callback)
     if settings is None:
-        return kind()
+        settings = kind()
     if not isinstance(settings, kind):
         raise ParameterError(
             f"`settings` is {shown(settings)}; kneecore.{kind.__name__} are allowed"
         )
+    budget = study_budget(settings, model)
+    if budget is not None:
+        check_budget(budget)
     return settings
 
 

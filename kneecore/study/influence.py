@@ -135,14 +135,23 @@ def _sums_of_groups(model: Model, first_order: FloatArray) -> dict[str, FloatArr
 
 
 def _indices(model: Model, settings: InfluenceSettings, callback: Callback | None) -> Indices:
+    reached = [0, settings.n_base]
+
     def watch(done: int, total: int) -> object:
+        reached[:] = done, total
         if callback is None:
             return False
         return callback(Progress(stage="sampling", done=done, total=total))
 
+    counted = UnitModel(model)
+
+    def run(u: FloatArray) -> FloatArray:
+        # Within a batch of base rows too, for a slow model's sake.
+        return counted(u, None if callback is None else lambda _: watch(reached[0], reached[1]))
+
     try:
         return sobol_indices(
-            UnitModel(model),
+            run,
             model.n_free,
             n_base=settings.n_base,
             seed=settings.seed,

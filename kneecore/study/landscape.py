@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import callback_or_none, shown
 from kneecore._version import versions
+from kneecore.budget import check_budget
 from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
@@ -26,6 +27,7 @@ from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
+from kneecore.study.budget import grid_budget
 
 __all__ = ["Landscape", "landscape"]
 
@@ -84,14 +86,18 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
 
 def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
     """Run a model for points (n, d), with a report after every few."""
-    parts = []
-    for first in range(0, len(points), BATCH):
-        report = Progress(stage="sampling", done=first, total=len(points))
-        if callback is not None and callback(report):
-            raise Cancelled
-        parts.append(model.evaluate(points[first : first + BATCH]))
-    if callback is not None:
-        callback(Progress(stage="sampling", done=len(points), total=len(points)))
+
+    def watch(done: int) -> object:
+        report = Progress(stage="sampling", done=done, total=len(points))
+        return callback is not None and callback(report)
+
+    if watch(0):
+        raise Cancelled
+    batches = (points[first : first + BATCH] for first in range(0, len(points), BATCH))
+    parts = [done.y for done in model.stream(batches, watch=watch)]
+    if sum(map(len, parts)) < len(points):
+        raise Cancelled
+    watch(len(points))
     return np.concatenate(parts)
 
 
@@ -132,6 +138,7 @@ def landscape(
     centre = model.point(model.nominal if x is None else x)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
+    check_budget(grid_budget(n_points, model))
     if surrogate is not None and not isinstance(surrogate, TrainedSurrogate):
         raise ParameterError(
             f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"

@@ -1,4 +1,4 @@
-"""What goes out as files and what comes in: bytes to objects and back, no widgets."""
+"""What goes out as files: objects to bytes, no widgets."""
 
 import io
 import json
@@ -7,39 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import kneecore
-from kneecore import FileFormatError, KneeFile, MonteCarloResult, SearchResult, parse_knee
+from kneecore import MonteCarloResult, SearchResult
 from kneecore.files.influence import to_csv
 from kneecore.files.study import Study
 from kneeviz.state import results
 from kneeviz.state.study import StudyState
-
-
-def read_upload(name: str, content: bytes) -> KneeFile | SearchResult:
-    """Return the knee (TOML) or the result (JSON) in an uploaded file.
-
-    The content decides, not the name, which comes from outside.
-
-    Raises
-    ------
-    FileFormatError
-        If it is neither, with the reason.
-    ParameterError
-        If it is the result of a model that is no knee.
-    """
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FileFormatError("not a text file in UTF-8") from None
-    is_json = text.lstrip().startswith(("{", "[")) and not _looks_like_toml(text)
-    if is_json or name.lower().endswith(".json"):
-        return results.of_knees(SearchResult.from_json(text))
-    return parse_knee(text)
-
-
-def _looks_like_toml(text: str) -> bool:
-    # A table's header, "[parameters...]", also starts with a bracket.
-    first = text.lstrip().splitlines()[0].strip()
-    return first.startswith("[") and first.endswith("]") and not first.startswith(("[{", '["'))
 
 
 def everything(result: SearchResult) -> bytes:

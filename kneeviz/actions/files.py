@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 
-from kneecore import KneecoreError, KneeFile
-from kneeviz.actions.downloads import read_upload, result_files
+from kneecore import FileFormatError, KneecoreError, KneeFile, SearchResult
+from kneeviz.actions.downloads import result_files
 from kneeviz.actions.knee import load_knee
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import take_result
 from kneeviz.jobs.messages import Asked
+from kneeviz.jobs.uploads import NAMELESS, Uploaded
 from kneeviz.page.page import Page
+from kneeviz.state import results
 from kneeviz.views.html.pieces import escape
 
 
@@ -26,17 +28,34 @@ def _download(page: Page, value: Asked, name: str) -> None:
     client.send_file_download(name, content, save_immediately=True)
 
 
-def _upload(page: Page, value: tuple[str, bytes, int]) -> None:
-    name, content, client_id = value
+def _upload(page: Page, value: tuple[str, bytes], client_id: int) -> None:
+    name, content = value
+    told = escape(name[:80] or NAMELESS)
+    if page.uploads.read(name, content, client_id):
+        page.say(f"Reading {told} \u2026", "busy")
+    else:
+        _not_loaded(page, client_id, name or NAMELESS, "too many files are being read; try again.")
+
+
+def _not_loaded(page: Page, client_id: int, name: str, why: str) -> None:
+    page.notices.tell(client_id, "File not loaded", f"{name[:80]}: {why[:300]}")
+
+
+def _uploaded(page: Page, value: Uploaded, client_id: int) -> None:
+    loaded = value.loaded
     try:
-        loaded = read_upload(name, content)
+        if value.why is not None:
+            raise FileFormatError(value.why)
+        if isinstance(loaded, SearchResult):
+            results.of_knees(loaded)
     except KneecoreError as error:
-        page.notices.tell(client_id, "File not loaded", f"{name[:80]}: {str(error)[:300]}")
+        page.say("What you had stands.")
+        _not_loaded(page, client_id, value.name, str(error))
         return
     if isinstance(loaded, KneeFile):
         load_knee(page, loaded)
-        page.say(f"Loaded the knee “{escape(loaded.title[:60])}”.")
-    else:
+        page.say(f"Loaded the knee \u201c{escape(loaded.title[:60])}\u201d.")
+    elif loaded is not None:
         set_live(page, False)
         take_result(page, loaded)
         page.say("Loaded the result: model 1 in blue, model 2 in orange.")
@@ -45,4 +64,5 @@ def _upload(page: Page, value: tuple[str, bytes, int]) -> None:
 ACTIONS: dict[str, Callable[..., None]] = {
     "download": _download,
     "upload": _upload,
+    "uploaded": _uploaded,
 }

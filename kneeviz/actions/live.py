@@ -12,7 +12,7 @@ from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state.live import LiveState, live_band
 from kneeviz.views.html.pieces import box, escape, faint
-from kneeviz.views.html.result import live_note
+from kneeviz.views.html.result import IMPROVING_NOTE, live_note
 
 
 def follow(page: Page) -> float | None:
@@ -100,11 +100,12 @@ def _live_found(page: Page, value: LiveFound) -> None:
             _give_up(page, str(why))
     if answer is None:
         return
-    band = live_band(answer.sampled)
+    live.improving = answer.improving
+    band = None if answer.sampled is None else live_band(answer.sampled)
     page.show_band(band)
     first, live.shown = not live.shown, True
     take_result(page, answer.result, reveal=first)
-    _tell(page, live_note(band.text))
+    _tell(page, IMPROVING_NOTE if band is None else live_note(band.text))
 
 
 def _live_settings(_page: Page, _value: Any) -> None:

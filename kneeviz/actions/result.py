@@ -14,6 +14,7 @@ from kneeviz.views.html.result import (
     evidence_line,
     objective_line,
     repair_line,
+    unfinished_line,
 )
 
 
@@ -50,16 +51,19 @@ def show_result(page: Page) -> None:
     note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
     sentence = escape(result.summary())
     told = f"{note}<b>{sentence}</b><br>{objective_line(result)}"
-    evidence = repair_line(result) + evidence_line(result)
+    unfinished = unfinished_line(result, improving=page.live.improving)
+    evidence = unfinished + repair_line(result) + evidence_line(result)
     view.search.found.content = box(told + evidence, style=style)
     colours = theme.palette(view.dark)
-    command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
+    command = ""
+    if result.stop_reason != "cancelled":  # the command would go on to the end
+        command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
     view.search.table.content = box(
         differences(result, colours)
         + f'<div style="margin-top:5px">{bound_names(result)}</div>'
         + f'<div style="margin-top:5px">{command}</div>',
         style=style,
     )
-    short = told + evidence if page.live.on else f"{note}{sentence}"
+    short = told + evidence if page.live.on else f"{note}{sentence}{unfinished}"
     view.found.content = box(short, style=style)
     view.files.command.content = box(command, style=style)

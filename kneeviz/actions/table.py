@@ -44,6 +44,11 @@ def asked_by(value: Any) -> int | None:
     return value.client_id if isinstance(value, Asked) else None
 
 
+def moves_a_slider(key: Hashable) -> bool:
+    """Tell whether what is asked under `key` changes one of the knee's parameters."""
+    return isinstance(key, tuple) and key[0] == "param"
+
+
 def perform(page: Page, key: Hashable, value: Any) -> None:
     """Do what was asked under `key`.
 

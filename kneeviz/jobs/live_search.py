@@ -1,6 +1,7 @@
 """A thread that answers the latest of what a moving slider asks."""
 
 import logging
+import threading
 import time
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ _LOG = logging.getLogger(__name__)
 
 PATIENCE = 0.25
 """s that a search may go on after a later request: quick ones end, so that a slider in motion has
-answers; slow ones give way to what the visitor wants now."""
+answers; slow ones give way to what the visitor wants now, at once if they have told a first one."""
 
 
 class LiveFound(NamedTuple):
@@ -29,7 +30,8 @@ class LiveFound(NamedTuple):
 class LiveSearch:
     """Posts "live_found" with a `LiveFound` for the latest request.
 
-    A cancelled search posts nothing: a later one is on its way.
+    A search that takes long posts its best pair until then, again and again, and then its end. One
+    that is cancelled posts nothing more: a later one is on its way.
     """
 
     def __init__(self, post: Post) -> None:
@@ -62,16 +64,22 @@ class LiveSearch:
         request: LiveRequest = actions[-1][1]
         if request is not self._wanted:
             return
-        begun = time.monotonic()
+        begun, told = time.monotonic(), threading.Event()
 
         def superseded() -> bool:
             if self._worker.mailbox.closed:
                 return True
-            return self._wanted is not request and time.monotonic() - begun > PATIENCE
+            gives_way = told.is_set() or time.monotonic() - begun > PATIENCE
+            return self._wanted is not request and gives_way
+
+        def tell(best: LiveAnswer) -> None:
+            told.set()
+            if self._wanted is not None:
+                self._post("live_found", LiveFound(request, best, None))
 
         answer, why = None, None
         try:
-            answer = find(request, superseded)
+            answer = find(request, superseded, tell)
         except Cancelled:
             return
         except KneecoreError as error:

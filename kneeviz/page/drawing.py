@@ -12,6 +12,7 @@ from kneeviz.page.page import Page
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
 from kneeviz.views.charts import series
+from kneeviz.views.html.marks import marks_line
 from kneeviz.views.html.readout import error_line
 
 FloatArray = NDArray[np.float64]
@@ -116,6 +117,8 @@ class Drawing:
             error = series.prediction_error(state.predicted, shown.flexion)
         loo = None if state.surrogate is None else state.surrogate.loo_rms
         page.view.error.content = error_line(error, loo)
+        mine = None if state.current is None else state.current.response
+        page.view.marks.content = marks_line(mine)
         _, *worst = (None if knee is None else knee.x for knee in page.knees)
         current = state.x if state.current is None else state.current.x
         page.view.show_comparison(state.space, (state.space.baseline, current, *worst))

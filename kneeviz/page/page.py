@@ -15,6 +15,7 @@ from kneecore import KneeFile
 from kneecore.knee.parameters import widened
 from kneeviz.jobs.live_search import LiveSearch
 from kneeviz.jobs.messages import Post
+from kneeviz.jobs.uploads import Uploads
 from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
 from kneeviz.page.notices import Notices
@@ -60,6 +61,7 @@ class Page:
         self.search = SearchState()
         self.live = LiveState()
         self.live_search = LiveSearch(post)
+        self.uploads = Uploads(post)
         self.study = StudyState()
         self.methods = MethodsState()
         self.landscape = LandscapeState(post)
@@ -83,6 +85,8 @@ class Page:
         """Whether the page says that its result belongs to other bounds."""
         self.touched: bool = True
         """Whether the charts' content, beyond the markers, is to be drawn anew."""
+        self.unsolved: bool = False
+        """Whether sliders have moved since the knee was solved last."""
         self.held: bool = False
         """Whether to leave the picture as it is for once."""
 
@@ -93,6 +97,7 @@ class Page:
                 job.cancel()
         self.landscape.stop()
         self.live_search.stop()
+        self.uploads.stop()
 
     @property
     def moving(self) -> bool:
@@ -158,7 +163,12 @@ class Page:
             handle.value = value
         self.animation.stop_morph()
         self.edited_at = time.monotonic()
-        if self.model_ready:
+        self.unsolved = self.model_ready
+
+    def catch_up(self) -> None:
+        """Solve the knee once for all sliders that have moved."""
+        if self.unsolved:
+            self.unsolved = False
             self.show_knee(self.state.x, final=True)
 
     def mirror_sliders(self) -> None:

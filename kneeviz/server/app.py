@@ -9,7 +9,7 @@ import viser
 
 import kneecore
 from kneecore import KneeFile, SearchResult
-from kneeviz import viser_internals
+from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions.result import take_result
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
@@ -43,6 +43,8 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
+    kernels : KernelWarmUp, optional
+        One that was started earlier.
 
     Raises
     ------
@@ -60,19 +62,22 @@ class App:
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
+        kernels: KernelWarmUp | None = None,
     ) -> None:
         self._knee = kneecore.packaged_knee() if knee is None else knee
         self._result = None if result is None else results.of_knees(result)
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
+        viser_broadcast.install()
+        viser_internals.know_array_types()
         # viser's banner is not shown: we print our own line.
         with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up = KernelWarmUp()
+        self.warm_up = KernelWarmUp() if kernels is None else kernels
         self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Session] = {}
         if shared:

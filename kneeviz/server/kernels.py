@@ -18,8 +18,10 @@ class KernelWarmUp:
         self._waiting: list[Post] = []
         self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
 
+        Knee.compile_ahead()
+
     def start(self) -> None:
-        """Start compiling."""
+        """Start compiling here."""
         self._thread.start()
 
     def tell(self, post: Post) -> None:
@@ -41,13 +43,15 @@ class KernelWarmUp:
             for post in self._waiting:
                 post(("ready", what), None)
 
+    def _model_ready(self) -> None:
+        knee = Knee()
+        knee.trajectory(knee.nominal)
+        self._announce("model")
+
     def _run(self) -> None:
         try:
             knee = Knee()
-            knee.simulate(knee.nominal)
-            self._announce("model")
-            knee.trajectory(knee.nominal)
-            warm_up(knee)
+            warm_up(knee, model_ready=self._model_ready)
             warm_up(knee, SearchSettings(search_space="model"))
             self._announce("search")
             warm_up(Knee(solver="equilibrium"), SearchSettings(method="exact"))

@@ -68,7 +68,10 @@ class Session:
         page, now = self.page, time.monotonic()
         was_moving = page.moving
         for key, value in actions:
+            if not table.moves_a_slider(key):  # those that have moved together are one knee
+                self._catch_up()
             self._perform(key, value)
+        self._catch_up()
         if page.settle_at is not None and now >= page.settle_at:
             self._perform("settle", None)
         slow_at = live.follow(page)
@@ -104,6 +107,13 @@ class Session:
         # Under a moving slider its answers are the frames: more would only keep them waiting.
         frame = _DRAG_FRAME if now - page.edited_at < _DRAG_SECONDS else FRAME_SECONDS
         return now + frame if due is None else min(due, now + frame)
+
+    def _catch_up(self) -> None:
+        try:
+            self.page.catch_up()
+        except Exception as error:
+            _LOG.exception("the knee cannot be solved")
+            self._say_failed(error)
 
     def _perform(self, key: Hashable, value: Any) -> None:
         """Do one thing; if it fails, the rest goes on and whoever asked is told."""

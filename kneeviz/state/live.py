@@ -17,6 +17,8 @@ class LiveState:
         self.on = False
         self.slow = False
         """Whether the page says that the answer takes long."""
+        self.improving = False
+        """Whether the answer on the page is the best until now of a search that goes on."""
         self.shown = False
         """Whether an answer is on the page."""
         self.slow_at: float | None = None
@@ -43,6 +45,7 @@ class LiveState:
     def arrived(self) -> None:
         """Note that it is there."""
         self.slow, self.slow_at = False, None
+        self.improving = False
 
 
 def live_band(sampled: MonteCarloResult) -> Band:

@@ -58,6 +58,7 @@ class View:
             self.curve_legend = gui.add_html("")
             self.curve = CurveChart(gui, colours, height=400)
             self.error = gui.add_html("")
+            self.marks = gui.add_html("")
             self.found = gui.add_html("")
         with panel.add_tab("Forces"):
             self.force_legend = gui.add_html("")

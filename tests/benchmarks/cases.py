@@ -13,7 +13,6 @@ import numpy as np
 import peers
 import rivals
 from scipy.interpolate import RBFInterpolator
-from searches import searched
 from threadpoolctl import threadpool_limits
 
 from kneecore import (
@@ -22,6 +21,7 @@ from kneecore import (
     SearchSettings,
     influence,
     monte_carlo,
+    worst_case,
 )
 from kneecore.knee.physics.dynamics import respond
 from kneecore.knee.physics.equilibrium import equilibria
@@ -176,34 +176,37 @@ CASES = (
     ),
     Case(
         name="100 x 100 search in the true model",
-        ours=lambda: searched(search_space="model", pop_size=100, n_generations=100),
+        ours=lambda: worst_case(
+            Knee(), SearchSettings(search_space="model", pop_size=100, n_generations=100)
+        ),
         repeats=2,
         elsewhere="2,633 s (the paper, 15 threads)",
     ),
     Case(
         name="100 x 100 search in the knees at rest",
-        ours=lambda: searched(
-            search_space="model", pop_size=100, n_generations=100, solver="equilibrium"
+        ours=lambda: worst_case(
+            Knee(solver="equilibrium"),
+            SearchSettings(search_space="model", pop_size=100, n_generations=100),
         ),
         repeats=3,
     ),
     Case(
         name="200 x 800 search in the true model",
-        ours=lambda: searched(search_space="model"),
+        ours=lambda: worst_case(Knee(), SearchSettings(search_space="model")),
         repeats=1,
     ),
     Case(
         name="200 x 800 search in the knees at rest",
-        ours=lambda: searched(search_space="model", solver="equilibrium"),
+        ours=lambda: worst_case(Knee(solver="equilibrium"), SearchSettings(search_space="model")),
         repeats=2,
     ),
     Case(
         name="exact worst case in the true model",
-        ours=lambda: searched(method="exact"),
+        ours=lambda: worst_case(Knee(), SearchSettings(method="exact")),
     ),
     Case(
         name="exact worst case of the knees at rest",
-        ours=lambda: searched(method="exact", solver="equilibrium"),
+        ours=lambda: worst_case(Knee(solver="equilibrium"), SearchSettings(method="exact")),
     ),
     Case(
         name="10,000 Monte-Carlo samples of the true model",

@@ -275,6 +275,39 @@ def test_bound_event_to_live_worst_case_message():
     assert np.median(took) < 0.4
 
 
+@pytest.mark.parametrize("mm", [2.0, 3.0])
+def test_wide_bound_event_to_first_live_answer(mm):
+    """Aim: 300 ms to a first pair, which is then improved; each move is to bounds of its own."""
+    moves = [mm, mm - 0.1, mm + 0.1, mm - 0.05, mm + 0.05, mm - 0.15, mm + 0.15]
+    wanted = {move: live_answer(move)[2:] for move in moves}
+    first, whole = [], []
+    with server() as (_, port), WebSocketClient(port) as client:
+        uuid, plot = live_bound(client), chart(client)
+        time.sleep(1.0)
+        for move in moves:
+            before, start = worst_and_band(client.props[plot]["data"])[2:], time.perf_counter()
+            client.set(uuid, move)
+            arrived = client.wait(
+                lambda c, old=before: (
+                    np.abs(worst_and_band(c.props[plot]["data"])[2:] - old).max() > 1e-9
+                    and c.arrived
+                )
+            )
+            first.append(arrived - start)
+            arrived = client.wait(
+                lambda c, w=wanted[move]: (
+                    np.isfinite(worst_and_band(c.props[plot]["data"])).all()
+                    and np.abs(worst_and_band(c.props[plot]["data"])[2:] - w).max() < 1e-6
+                    and c.arrived
+                )
+            )
+            whole.append(arrived - start)
+            time.sleep(0.6)
+    tell(f"{mm:g} mm: bound event to a first live pair, message", first)
+    tell(f"{mm:g} mm: bound event to the search's end and its band, message", whole)
+    assert np.median(first) < 0.6
+
+
 RECORD_LIVE = """uuid => {
   window.__asked = []; window.__seen = [];
   addEventListener('keydown', () => window.__asked.push(performance.now()), true);

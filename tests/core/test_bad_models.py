@@ -12,6 +12,7 @@ from kneecore import (
     Knee,
     KneecoreError,
     Model,
+    ModelError,
     Output,
     ParameterError,
     ParameterSpace,
@@ -60,8 +61,6 @@ def alternating():
          "`outputs` names 2"),
         (lambda x: x[1:, :1], ONE, "returned shape (4, 1) for 5 points; (5, 1) is allowed"),
         (lambda x: x[:, :1, None], ONE, "returned shape (5, 1, 1) for 5 points"),
-        (lambda x: x[:, :1] if len(x) == 5 else x, ONE, "returned shape (2, 2) for 2 points; "
-         "(2, 1) is allowed"),
         (lambda x: [[1.0, 2.0], *[[3.0]] * (len(x) - 1)], PAIR, "returned a ragged array"),
         (lambda x: 1j * x[:, :1], ONE, "returned complex numbers; real numbers are allowed"),
         (lambda x: np.ma.masked_less(x[:, :1], 0.5), ONE, "returned a masked array; NaN marks a "
@@ -127,11 +126,24 @@ def test_a_function_of_many_points_given_as_one_of_one(run, error):
 
 
 def test_a_models_own_mistake_is_not_hidden():
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(ModelError) as error:
         ran(lambda x: 1 / 0)()
+    told = "run 3 raised ZeroDivisionError: division by zero; all of the first 3 runs failed"
+    assert str(error.value) == told
+    assert isinstance(error.value.__cause__, ZeroDivisionError)
     with pytest.raises(ParameterError) as error:
         ran(lambda x: x["a"])()
     assert isinstance(error.value.__cause__, IndexError)
+
+
+def test_a_model_that_changes_its_mind_has_failed_there():
+    """Its first five answers are kept; of the pair, which gets another shape, no f is told."""
+    model = Model(lambda x: x[:, :1] if len(x) == 5 else x, TWO, ONE, batched=True)
+    found = worst_case(model, QUICK)
+    assert found.objective_model is None
+    assert found.counts["models_failed"] == 3  # the pair, and the nominal point
+    assert model.failures[0].message.startswith("`run` returned shape (2, 2) for 2 points")
+    assert [failure.number for failure in model.failures] == [6, 7, 8]
 
 
 def test_numbers_of_any_kind_are_numbers():

@@ -115,6 +115,58 @@ def stalled(port: int, count: int) -> Iterator[list[socket.socket]]:
             one.close()
 
 
+@contextlib.contextmanager
+def slow(port: int, count: int) -> Iterator[list[int]]:
+    """Hold `count` visitors who read a few kB a second; yield the bytes that each has read."""
+    over, read = threading.Event(), [0] * count
+
+    def sip(number: int, line: socket.socket) -> None:
+        line.settimeout(0.1)
+        while not over.wait(0.1):
+            with contextlib.suppress(TimeoutError, OSError):
+                read[number] += len(line.recv(500))
+
+    with stalled(port, count) as held:
+        threads = [
+            threading.Thread(target=sip, args=(number, line), daemon=True)
+            for number, line in enumerate(held)
+        ]
+        for thread in threads:
+            thread.start()
+        yield read
+        over.set()
+        for thread in threads:
+            thread.join(5)
+
+
+def long_files() -> list[tuple[str, bytes]]:
+    """Return files that keep a parser busy, or did once, of the largest size that is taken."""
+    size = viser_internals.MAX_UPLOAD - 10_000
+    return [
+        ("dots.toml", b"a" + b".a" * 20_000 + b" = 1\n"),
+        ("dots.toml", b"".join(b"a" + b".a" * 20 + b" = 1\n" for _ in range(20_000))),
+        ("quotes.toml", b'a = """' + b'\\"' * 20_000),
+        ("many.toml", b"".join(b"[a%d.b.c.d.e.f.g.h]\n" % k for k in range(3000))),
+        ("remarks.toml", b"#x\n" * (size // 3)),
+        ("deep.json", b"[" * size),
+        ("objects.json", b'{"schema":[' + b'{"a":1},' * (size // 8) + b"0]}"),
+        ("digits.json", b'{"schema":' + b"9" * size + b"}"),
+        ("numbers.json", b'{"schema":[' + b"1e9," * (size // 4) + b"0]}"),
+    ]
+
+
+def send_file(client: WebSocketClient, name: str, content: bytes, number: int) -> None:
+    """Upload a file in parts, as a page does."""
+    common = {"source_component_uuid": upload_button(client), "transfer_uuid": f"file-{number}"}
+    parts = [content[at : at + PART] for at in range(0, len(content), PART)]
+    client.send(
+        {"type": "FileTransferStartUpload", "filename": name, "mime_type": "",
+         "part_count": len(parts), "size_bytes": len(content)} | common
+    )  # fmt: skip
+    for index, part in enumerate(parts):
+        client.send({"type": "FileTransferPart", "part_index": index, "content": part} | common)
+
+
 def _frame(content: bytes) -> bytes:
     """Return a masked binary frame (mask of zeros)."""
     return b"\x82\xfe" + struct.pack(">H", len(content)) + bytes(4) + content

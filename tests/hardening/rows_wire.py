@@ -92,19 +92,55 @@ def half_open(scale: Scale) -> Outcome:
     )
 
 
-@row("Visitors who never read, or send a byte at a time")
+@row("Visitors who never read, read slowly, or send a byte at a time")
 def stalled(scale: Scale) -> Outcome:
-    """Hold visitors who read nothing, and others who send a byte at a time."""
+    """Hold visitors who read nothing, others who read little, and who send a byte at a time."""
     with (
         serving() as served,
         Honest(served.port) as honest,
         attacks.stalled(served.port, 32),
+        attacks.slow(served.port, 8) as read,
     ):
         before, start = served.memory_mb, time.monotonic()
         while time.monotonic() - start < scale.seconds:
             attacks.trickle(served.port, scale.seconds, count=20)
         happened, sound = told(honest, served, before), fared_well(honest, served, before)
-    return Outcome(injected=f"32 and 20, for {scale.seconds:.0f} s", happened=happened, sound=sound)
+        sound = sound and min(read) > 0
+    injected = f"32, 8 and 20, for {scale.seconds:.0f} s"
+    return Outcome(injected=injected, happened=happened, sound=sound)
+
+
+@row("Files made to keep a parser busy")
+def long_files(scale: Scale) -> Outcome:
+    """Let four visitors upload the worst files of the largest size, one after the other."""
+    with serving() as served, Honest(served.port) as honest:
+        before, end = served.memory_mb, time.monotonic() + scale.seconds
+        files, counts = attacks.long_files(), [0, 0]
+
+        def load(visitor: int) -> None:
+            with WebSocketClient(served.port) as client:
+                client.wait(lambda c: c.counts.get("ReplayDoneMessage"), 30)
+                turn = 0
+                while time.monotonic() < end:
+                    name, content = files[(visitor + turn) % len(files)]
+                    attacks.send_file(client, name, content, turn)
+                    turn += 1
+                    counts[0] += 1
+                    client.wait(lambda c, n=turn: len(c.notifications) >= n, 60)
+                    counts[1] += 1
+
+        threads = [threading.Thread(target=load, args=(n,), daemon=True) for n in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(scale.seconds + 90)
+        time.sleep(1.0)
+        happened, sound = told(honest, served, before), fared_well(honest, served, before)
+    return Outcome(
+        injected=f"{counts[0]} files by 4 visitors in {scale.seconds:.0f} s",
+        happened=f"{counts[1]} refused in a line; {happened}",
+        sound=sound and counts[0] == counts[1],
+    )
 
 
 @row("Unfinished uploads")

@@ -63,6 +63,7 @@ def serving(*arguments: str, environment: Mapping[str, str] = {}) -> Iterator[Se
             yield Served(pid=process.pid, port=int(found[2]), url=found[1], errors=errors)
             process.send_signal(signal.SIGINT)
             assert process.wait(20) == 0, "it did not end in peace"
+            assert "Task was destroyed" not in errors.read_text(errors="replace")
         finally:
             process.kill()
             process.wait()

@@ -78,6 +78,28 @@ def test_who_does_not_read_keeps_nobody_waiting(served):
     served_well(honest)
 
 
+def test_who_reads_slowly_keeps_nobody_waiting(served):
+    before = served.memory_mb
+    with attacks.slow(served.port, 16) as read, Honest(served.port) as honest:
+        time.sleep(2.5)
+    assert min(read) > 1000
+    served_well(honest)
+    assert served.memory_mb - before < 60.0
+
+
+def test_files_made_to_keep_a_parser_busy_are_refused_meanwhile(served):
+    files = [f for f in attacks.long_files() if f[0] in ("dots.toml", "deep.json", "objects.json")]
+    with Honest(served.port) as honest, WebSocketClient(served.port) as client:
+        client.wait(lambda c: c.counts.get("ReplayDoneMessage"), 10)
+        for number, (name, content) in enumerate(files):
+            attacks.send_file(client, name, content, number)
+            client.wait(lambda c, n=number: len(c.notifications) > n, 20)
+        told = [one["props"]["body"] for one in client.notifications]
+    assert len(told) == len(files)
+    assert all("given up" not in body and len(body) < 400 for body in told), told
+    served_well(honest)
+
+
 def test_who_sends_a_byte_at_a_time_keeps_nobody_waiting(served):
     with Honest(served.port) as honest:
         assert attacks.trickle(served.port, 2.0) > 100

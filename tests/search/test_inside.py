@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from results import check_comes_back
 
-from kneecore import Cancelled, Input, Model, Output, SearchResult, SearchSettings, worst_case
+from kneecore import Input, Model, Output, SearchResult, SearchSettings, worst_case
 from kneecore.numerics.surrogate import _squared_distances
 
 BEST_ISHIGAMI = 9.0 + 0.2 * np.pi**4  # by hand
@@ -106,26 +106,13 @@ def test_noise_is_remarked():
     assert found.verdict.word == "doubtful"
 
 
-def test_sampling_is_reported_and_can_be_cancelled():
-    done = []
-
-    def watch(report):
-        if report.stage == "sampling":
-            done.append(report.done)
-        return report.stage == "sampling" and report.done >= 20
-
-    with pytest.raises(Cancelled):
-        worst_case(models.ishigami(), callback=watch)
-    assert done == [0, 5, 10, 15, 20]
-
-
 def test_same_seed_same_bytes():
     one, two = (worst_case(models.borehole(), SearchSettings(**HOW, seed=3)) for _ in range(2))
     assert one.training_x.tobytes() == two.training_x.tobytes()
     assert one.verdict == two.verdict
 
 
-@pytest.mark.parametrize(("n", "d"), [(50, 28), (150, 7), (400, 600)])
+@pytest.mark.parametrize(("n", "d"), [(50, 28), (150, 7), (200, 150)])
 def test_distances_are_those_of_all_differences_to_the_bit(n, d):
     x = np.random.default_rng(0).random((n, d))
     assert np.array_equal(_squared_distances(x), ((x[:, None] - x) ** 2).sum(axis=2))

@@ -28,6 +28,7 @@ from kneecore import (
     worst_case_slopes,
 )
 from kneecore.cli.uncertainty import main
+from kneecore.files.digest import with_digest
 from kneecore.files.influence import to_csv
 from kneecore.numerics.sampling import uniform
 from kneecore.report.influence import answer
@@ -375,7 +376,7 @@ def test_a_study_comes_back_from_its_folder(capsys, tmp_path, worst):
     assert in_process(capsys, *arguments)[0] == 0
     text = (tmp_path / "study" / "uncertainty.json").read_text()
     read = kneecore.load(tmp_path / "study")
-    assert read.to_dict() == json.loads(text)
+    assert with_digest(read.to_dict()) == json.loads(text)
     assert read.sampled.settings == SamplingSettings(n_samples=300)
     assert read.influence is not None
     assert read.comparison is not None

@@ -24,6 +24,7 @@ from kneecore import (
     worst_case,
 )
 from kneecore.cli.sweep import main
+from kneecore.files.digest import with_digest
 from kneecore.knee.bounds import with_geometry_bound
 from kneecore.knee.readings import deficit_deg, over_extension_deg
 from kneecore.numerics.sampling import uniform
@@ -229,7 +230,7 @@ class TestCommand:
         assert document["bound_mm"] == [0.3, 0.6]
         assert document["needed_accuracy"]["within_deg"] == 5.0
         study = kneecore.load(tmp_path / "a")
-        assert study.to_dict() == document
+        assert with_digest(study.to_dict()) == document
         assert str(study) == out.rstrip("\n")
         assert study.need.settings.within == 5.0
         code, _, err = called(capsys, main, *arguments)

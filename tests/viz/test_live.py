@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from kneecore import (
     command_line,
     monte_carlo,
 )
-from kneeviz.jobs import live_search
+from kneeviz.jobs import live_search, live_worst_case
 from kneeviz.jobs.live_worst_case import N_SAMPLES, LiveRequest, find
 from kneeviz.server.app import App
 from kneeviz.state.bounds import Bounds, with_bound
@@ -82,7 +83,7 @@ def eventually_found(page, space):
 class TestFind:
     def test_it_is_the_headless_search_bit_by_bit(self):
         space = ParameterSpace(geometry_bound_mm=0.7, case="geometry")
-        answer = find(settings(space), lambda: False)
+        answer = find(settings(space), lambda: False, lambda _: None)
         assert answer.result.x.tobytes() == headless(space).x.tobytes()
         sampled = sampled_at_rest(space)
         spread = sampled.y
@@ -90,15 +91,36 @@ class TestFind:
         assert live_band(answer.sampled).upper_deg.tobytes() == spread.percentile_upper.tobytes()
 
     def test_knees_that_are_not_in_the_band_are_told(self):
-        answer = find(settings(ParameterSpace(geometry_bound_mm=3.0)), lambda: False)
+        wanted = settings(ParameterSpace(geometry_bound_mm=3.0))
+        answer = find(wanted, lambda: False, lambda _: None)
         assert answer.sampled.n_failed > 0
         assert f"{answer.sampled.n_failed} without an equilibrium" in live_band(answer.sampled).text
 
     def test_it_can_be_stopped(self):
         asked = []
         with pytest.raises(Cancelled):
-            find(settings(), lambda: asked.append(1) or len(asked) > 10)
+            find(settings(), lambda: asked.append(1) or len(asked) > 10, lambda _: None)
         assert len(asked) == 11
+
+    def test_what_it_tells_on_the_way_are_pairs_of_the_true_model(self, monkeypatch):
+        monkeypatch.setattr(live_worst_case, "FIRST_SECONDS", 0.0)
+        monkeypatch.setattr(live_worst_case, "NEXT_SECONDS", 0.0)
+        told, space = [], ParameterSpace(geometry_bound_mm=2.0)
+        answer = find(settings(space), lambda: False, told.append)
+        assert answer.result.x.tobytes() == headless(space).x.tobytes()
+        assert not answer.improving
+        assert len(told) > 3
+        assert all(one.improving for one in told)
+        f = [one.result.objective_model for one in told]
+        assert f == sorted(set(f))  # what is no better is not told again
+        assert f[-1] <= answer.result.objective_model + 1e-9
+        y = answer.result.model.examine(told[1].result.x).y
+        assert f[1] == pytest.approx(np.abs(y[0] - y[1]).sum())
+
+    def test_a_quick_search_tells_its_end_only(self):
+        told = []
+        find(settings(ParameterSpace(geometry_bound_mm=0.3)), lambda: False, told.append)
+        assert told == []
 
 
 class TestLatestWins:
@@ -106,9 +128,11 @@ class TestLatestWins:
     def search(self, monkeypatch):
         """A search whose answers take until they are let go; what it began; what it posted."""
         begun, go, posted = [], threading.Event(), []
+        tells = []
 
-        def slow(wanted, stop):
+        def slow(wanted, stop, tell):
             begun.append(wanted)
+            tells.append(tell)
             while not go.wait(0.005):
                 if stop():
                     raise Cancelled
@@ -116,6 +140,7 @@ class TestLatestWins:
 
         monkeypatch.setattr(live_search, "find", slow)
         running = live_search.LiveSearch(lambda key, value: posted.append(value))
+        running.tells = tells
         yield running, begun, go, posted
         go.set()
         running.stop()
@@ -144,6 +169,25 @@ class TestLatestWins:
         eventually(lambda: len(posted) == 2)
         assert [s for s, _, _ in posted] == [first, second]
 
+    def test_after_its_first_word_it_gives_way_at_once(self, search, monkeypatch):
+        running, begun, _, posted = search
+        monkeypatch.setattr(live_search, "PATIENCE", 60.0)
+        first, second = settings(), settings()
+        running.ask(first)
+        eventually(lambda: running.tells)
+        running.tells[0]("until now")
+        running.ask(second)
+        eventually(lambda: begun == [first, second], 5.0)
+        assert [(s, a) for s, a, _ in posted] == [(first, "until now")]
+
+    def test_nothing_is_told_of_what_was_forgotten(self, search, monkeypatch):
+        running, _, _, posted = search
+        running.ask(settings())
+        eventually(lambda: running.tells)
+        running.forget()
+        running.tells[0]("until now")
+        assert posted == []
+
     def test_nothing_is_searched_once_it_is_forgotten(self, search, monkeypatch):
         running, begun, _, posted = search
         monkeypatch.setattr(live_search, "PATIENCE", 0.0)
@@ -156,7 +200,7 @@ class TestLatestWins:
     def test_a_fault_is_posted_and_the_thread_goes_on(self, monkeypatch):
         posted = []
 
-        def failing(wanted, stop):
+        def failing(wanted, stop, tell):
             raise ModelError("no knee")
 
         monkeypatch.setattr(live_search, "find", failing)
@@ -250,11 +294,77 @@ class TestLive:
     def test_wide_bounds_say_so_and_give_way(self, live, visitor):
         note = widget(live.view.search.live_note)
         set_bound(live, visitor, 6.0)
-        visitor.wait(lambda c: "take longer" in c.props[note]["content"])
+        words = ("take longer", "improving")
+        visitor.wait(lambda c: any(word in c.props[note]["content"] for word in words))
         visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())  # the old bounds' band has gone
         set_bound(live, visitor, 0.6)
         eventually_found(live, ParameterSpace(geometry_bound_mm=0.6))
-        visitor.wait(lambda c: "take longer" not in c.props[note]["content"])
+        visitor.wait(lambda c: not any(word in c.props[note]["content"] for word in words))
+
+    def test_a_first_answer_is_marked_and_then_improved(self, live, visitor, monkeypatch):
+        """A search that is slow on purpose, of which each report waits for its turn."""
+        space, turns = ParameterSpace(geometry_bound_mm=2.0), threading.Semaphore(0)
+        plain = kneecore.worst_case
+
+        def slow(model, search, *, callback):
+            def watch(progress):
+                while not turns.acquire(timeout=0.02):
+                    if callback(replace(progress, so_far=None)):
+                        return True
+                return callback(progress)
+
+            return plain(model, search, callback=watch)
+
+        monkeypatch.setattr(kneecore, "worst_case", slow)
+        monkeypatch.setattr(live_worst_case, "FIRST_SECONDS", 0.0)
+        monkeypatch.setattr(live_worst_case, "NEXT_SECONDS", 0.0)
+        note, found = widget(live.view.search.live_note), widget(live.view.found)
+        set_bound(live, visitor, 2.0)
+        turns.release(8)
+        visitor.wait(lambda c: "improving" in c.props[note]["content"])
+        visitor.wait(lambda c: "improving" in c.props[found]["content"])
+        visitor.wait(lambda c: np.isnan(curve(c, live)[3]).all())  # no band of other bounds
+        eventually_found(live, space)
+        first = live.state.result
+        assert "without a browser" not in visitor.props[widget(live.view.search.table)]["content"]
+        y = first.model.examine(first.x).y
+        assert first.objective_model == pytest.approx(np.abs(y[0] - y[1]).sum())
+        turns.release(8)
+        eventually(lambda: live.state.result.objective_model > first.objective_model)
+        assert live.live.improving
+        turns.release(10_000)
+        eventually(lambda: not live.live.improving)
+        visitor.wait(lambda c: "improving" not in c.props[note]["content"])
+        visitor.wait(lambda c: "improving" not in c.props[found]["content"])
+        visitor.wait(lambda c: np.isfinite(curve(c, live)[3]).any())
+        blocking = headless(space)
+        assert live.state.result.x.tobytes() == blocking.x.tobytes()
+        assert live.state.result.stop_reason == "converged"
+
+    def test_what_was_only_the_best_until_now_says_so_when_live_ends(
+        self, live, visitor, monkeypatch
+    ):
+        monkeypatch.setattr(live_worst_case, "FIRST_SECONDS", 0.0)
+        plain, hold = kneecore.worst_case, threading.Event()
+
+        def endless(model, search, *, callback):
+            def watch(progress):
+                told = callback(progress)
+                while progress.so_far is not None and not callback(progress):
+                    if hold.wait(0.02):
+                        return told
+                return told or progress.so_far is not None
+
+            return plain(model, search, callback=watch)
+
+        monkeypatch.setattr(kneecore, "worst_case", endless)
+        set_bound(live, visitor, 1.7)
+        eventually(lambda: live.live.improving)
+        visitor.set(widget(live.view.search.live), False)
+        found = widget(live.view.found)
+        visitor.wait(lambda c: "until then" in c.props[found]["content"])
+        assert "improving" not in visitor.props[found]["content"]
+        hold.set()
 
     def test_off_keeps_the_knees_and_drops_the_band(self, live, visitor):
         visitor.wait(lambda c: np.isfinite(curve(c, live)[3]).any())
@@ -279,7 +389,7 @@ class TestLive:
         visitor.wait(lambda c: "Knee or bounds changed" not in c.props[found]["content"])
 
     def test_no_worst_case_is_told_and_nothing_old_stands(self, live, visitor, monkeypatch):
-        def failing(wanted, stop):
+        def failing(wanted, stop, tell):
             raise ModelError("all of <them> failed")
 
         with monkeypatch.context() as patched:

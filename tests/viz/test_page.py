@@ -53,6 +53,30 @@ class TestSliders:
         true = np.degrees(kneecore.simulate(page.state.x).flexion)
         visitor.wait(lambda c: shows(c, page, true))
 
+    def test_sliders_that_move_together_are_one_knee(self, page, app, monkeypatch):
+        """Thirty who drag would otherwise wait for a knee for each of them."""
+        solved, held, go_on = [], threading.Event(), threading.Event()
+        update = page.state.update
+        monkeypatch.setattr(page.state, "update", lambda x: solved.append(x) or update(x))
+
+        def hold(*_):
+            held.set()
+            go_on.wait(20)
+
+        monkeypatch.setattr(page.notices, "deliver", hold)
+        page.post("live_settings")
+        assert held.wait(20)
+        for index in (0, 4, 8, ACL_Y):
+            handle = page.view.knee.sliders[index]
+            value = 0.5 * (handle.min + handle.max) + 0.1
+            page.post(("param", index), Asked(handle, -1, value))
+        go_on.set()
+        eventually(lambda: not page.unsolved and page.state.x[8] != page.state.space.baseline[8])
+        eventually(lambda: solved)
+        time.sleep(0.1)
+        assert len(solved) == 1
+        assert np.array_equal(page.state.current.x, page.state.x)
+
     def test_resets(self, page, visitor):
         tab = page.view.knee
         visitor.set(widget(tab.sliders[ACL_Y]), 0.5)

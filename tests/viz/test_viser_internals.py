@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+import numpy.typing
 import pytest
 import viser
-from viser import _client_autobuild, _messages
+from viser import _assignable_props_api, _client_autobuild, _messages
 
 from kneeviz import viser_internals
 from kneeviz.viser_internals import MAX_UPLOAD
@@ -128,3 +129,16 @@ def test_a_forced_value_is_sent_though_nothing_changed(server, widgets):
 def test_numbers_forgive_the_rounding_of_the_screen():
     assert viser_internals.number_fault(0.499000001, 0.414, 0.499) is None
     assert viser_internals.number_fault(np.float64(0.6), 0.414, 0.499)
+
+
+def test_array_types_are_made_once_and_values_are_still_cast(server):
+    viser_internals.know_array_types()
+    known = vars(_assignable_props_api)["npt"].NDArray
+    for kind in (np.float16, np.float32, np.float64, np.uint8):
+        assert known[kind] == np.typing.NDArray[kind]
+        assert known[kind] is known[kind]
+    line = server.scene.add_line_segments("/l", np.zeros((1, 2, 3)), (1, 2, 3))
+    line.points, line.colors = np.ones((1, 2, 3)), np.array([1.0, 0.0, 0.0])
+    assert line.points.dtype == np.float32
+    assert line.colors.dtype == np.uint8
+    line.remove()

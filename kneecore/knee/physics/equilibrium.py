@@ -10,7 +10,7 @@ poses, marked by that load.
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import kernel
+from kneecore._jit import inner, kernel
 from kneecore._threads import run_all, thread_count
 from kneecore.knee.physics.dynamics import MOMENTS, respond
 from kneecore.knee.physics.load_path import rises, trace
@@ -25,7 +25,7 @@ _STRAINED = 1e-9  # J
 _SAME_TURN = 1e-6  # rad: two solvers' psi in the same equilibrium
 
 
-@kernel
+@inner
 def _begins_free(row: FloatArray) -> bool:
     """Tell whether nothing is strained in the load-free pose, so that the way from it is one."""
     h = np.empty(10)
@@ -33,7 +33,7 @@ def _begins_free(row: FloatArray) -> bool:
     return bool(h[0] < _STRAINED)
 
 
-@kernel
+@inner
 def _clear_doubts(
     row: FloatArray, sign: float, moments: FloatArray, doubt: BoolArray, poses: FloatArray
 ) -> float:
@@ -97,6 +97,8 @@ def equilibria(rows: FloatArray, threads: int | None = None) -> tuple[FloatArray
     extension, flexion = lost[0::2], lost[1::2]
     first_lost = np.fmin(extension, -flexion)
     lost_at = np.where(extension == first_lost, first_lost, -first_lost)
+    # A NaN's sign depends on how NumPy takes the minimum of so many; one NaN for all.
+    lost_at[np.isnan(lost_at)] = np.nan
     poses = poses.reshape(n_models, 2 * len(MOMENTS), 3)
     poses[~np.isnan(lost_at)] = np.nan
     return poses, lost_at

@@ -10,7 +10,7 @@ its group.
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, inner, kernel
 from kneecore._threads import run_all, thread_count
 from kneecore.knee.physics.forces import (
     ANGULAR_DAMPING,
@@ -21,7 +21,7 @@ from kneecore.knee.physics.forces import (
     ligament_pull,
     sin_cos,
 )
-from kneecore.knee.physics.pose import START_X, START_Y
+from kneecore.knee.physics.pose import ACL, LCL, MCL, PCL, START_X, START_Y
 
 TIME_STEP = 0.004
 """s"""
@@ -67,7 +67,7 @@ def _push(P, j, x, y, s, c):  # type: ignore[no-untyped-def]
     )
 
 
-@kernel
+@inner
 def advance(
     P: FloatArray, S: FloatArray, farthest: FloatArray, n_steps: int, dt: float, moment: float
 ) -> None:
@@ -89,10 +89,10 @@ def advance(
             x, y, psi = S[j], S[LANES + j], S[2 * LANES + j]
             vx, vy, omega = S[3 * LANES + j], S[4 * LANES + j], S[5 * LANES + j]
             s, c = sin_cos(psi)
-            fx0, fy0, m0 = _pull(P, 0, j, x, y, s, c)
-            fx1, fy1, m1 = _pull(P, 6, j, x, y, s, c)
-            fx2, fy2, m2 = _pull(P, 12, j, x, y, s, c)
-            fx3, fy3, m3 = _pull(P, 18, j, x, y, s, c)
+            fx0, fy0, m0 = _pull(P, ACL, j, x, y, s, c)
+            fx1, fy1, m1 = _pull(P, PCL, j, x, y, s, c)
+            fx2, fy2, m2 = _pull(P, MCL, j, x, y, s, c)
+            fx3, fy3, m3 = _pull(P, LCL, j, x, y, s, c)
             fx4, fy4, m4, _f, _d = _push(P, j, x, y, s, c)
             fx = fx0 + fx1 + fx2 + fx3 + fx4 - LINEAR_DAMPING * vx
             fy = fy0 + fy1 + fy2 + fy3 + fy4 - LINEAR_DAMPING * vy

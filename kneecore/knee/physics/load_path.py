@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import kernel
+from kneecore._jit import inner, kernel
 from kneecore.knee.physics.dynamics import TURN_LIMIT
 from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y
 from kneecore.knee.physics.potential import all_terms
@@ -31,7 +31,7 @@ _MAX_ITERATIONS = 80
 FloatArray = NDArray[np.float64]
 
 
-@kernel
+@inner
 def _hold(row: FloatArray, psi: float, place: FloatArray, h: FloatArray) -> bool:
     """Relax the translation at a held turn; return whether the forces are in balance.
 
@@ -60,7 +60,7 @@ def _hold(row: FloatArray, psi: float, place: FloatArray, h: FloatArray) -> bool
     return bool(max(abs(h[1]), abs(h[2])) < _NEARLY)
 
 
-@kernel
+@inner
 def _rate(h: FloatArray) -> float:
     """Return dM / dpsi along the relaxed places: the Schur complement of the translation."""
     d1 = max(h[4], _FLOOR)
@@ -70,7 +70,7 @@ def _rate(h: FloatArray) -> float:
     return float(h[9] - h[7] * h[7] / d1 - rest * rest / d2)
 
 
-@kernel
+@inner
 def _meet(
     row: FloatArray, moment: float, short: float, far: float, place: FloatArray, h: FloatArray
 ) -> float:

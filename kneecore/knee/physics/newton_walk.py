@@ -22,10 +22,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, inner, kernel
 from kneecore.knee.physics.dynamics import TURN_LIMIT
 from kneecore.knee.physics.forces import sin_cos
-from kneecore.knee.physics.pose import ORIGIN_X, ORIGIN_Y
+from kneecore.knee.physics.pose import ACL, LCL, MCL, ORIGIN_X, ORIGIN_Y, PCL
 from kneecore.knee.physics.potential import contact_terms, ligament_terms
 
 LANES = 32
@@ -114,7 +114,7 @@ def _newton(gx, gy, gp, hxx, hxy, hyy, hxp, hyp, hpp):  # type: ignore[no-untype
     return dx, dy, dp, tx, ty, tp, firm
 
 
-@kernel
+@inner
 def _iterate(P: FloatArray, W: FloatArray) -> None:
     """Judge each lane's trial pose and make its next one.
 
@@ -132,10 +132,10 @@ def _iterate(P: FloatArray, W: FloatArray) -> None:
         moment, leap = W[_MOMENT * LANES + j], W[_LEAP * LANES + j]
         x, y, psi = x0 + dx, y0 + dy, psi0 + dp
         s, c = sin_cos(psi)
-        va, xa, ya, pa, xxa, xya, yya, xpa, ypa, ppa = _ligament(P, 0, j, x, y, s, c)
-        vb, xb, yb, pb, xxb, xyb, yyb, xpb, ypb, ppb = _ligament(P, 6, j, x, y, s, c)
-        vc, xc, yc, pc, xxc, xyc, yyc, xpc, ypc, ppc = _ligament(P, 12, j, x, y, s, c)
-        vd, xd, yd, pd, xxd, xyd, yyd, xpd, ypd, ppd = _ligament(P, 18, j, x, y, s, c)
+        va, xa, ya, pa, xxa, xya, yya, xpa, ypa, ppa = _ligament(P, ACL, j, x, y, s, c)
+        vb, xb, yb, pb, xxb, xyb, yyb, xpb, ypb, ppb = _ligament(P, PCL, j, x, y, s, c)
+        vc, xc, yc, pc, xxc, xyc, yyc, xpc, ypc, ppc = _ligament(P, MCL, j, x, y, s, c)
+        vd, xd, yd, pd, xxd, xyd, yyd, xpd, ypd, ppd = _ligament(P, LCL, j, x, y, s, c)
         ve, xe, ye, pe, xxe, xye, yye, xpe, ype, ppe = _contact(P, j, x, y, s, c)
         v = va + vb + vc + vd + ve - moment * psi
         gx = xa + xb + xc + xd + xe
@@ -181,7 +181,7 @@ def _iterate(P: FloatArray, W: FloatArray) -> None:
         W[_SEEN * LANES + j] = seen if accepted else _REFUSED
 
 
-@kernel
+@inner
 def _begin(row: FloatArray, moment: float, P: FloatArray, W: FloatArray, j: int) -> None:
     """Put a run into lane `j`: its constants, and the load-free pose."""
     for i in range(32):
@@ -194,7 +194,7 @@ def _begin(row: FloatArray, moment: float, P: FloatArray, W: FloatArray, j: int)
     W[_MOMENT * LANES + j] = moment
 
 
-@kernel
+@inner
 def _next_load(
     W: FloatArray, j: int, k: int, sign: float, moments: FloatArray, path: FloatArray
 ) -> float:

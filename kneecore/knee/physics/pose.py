@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, inner, kernel
 from kneecore.errors import ParameterError
 from kneecore.knee.parameters import REST_LENGTH_NAMES
 from kneecore.knee.physics.forces import MASS_CENTRE_Y, THETA_0, contact_stiffness
@@ -27,6 +27,8 @@ _COS, _SIN = math.cos(THETA_0), -math.sin(THETA_0)  # of the tibia's turn phi = 
 # Columns of a row of constants. Ligament i holds columns 6 i to 6 i + 5: femoral attachment (x, y),
 # arm from the mass centre to the tibial attachment (x, y), stiffness, rest length.
 REST = 5
+# Where each ligament's begin. Not literals: numba would compile its callees for each anew.
+ACL, PCL, MCL, LCL = np.int64(0), np.int64(6), np.int64(12), np.int64(18)
 CENTRE_X, CENTRE_Y, RADIUS, LINE_OFFSET, NORMAL_X, NORMAL_Y, CONTACT_K, POINT_OFFSET = range(24, 32)
 START_X, START_Y, ORIGIN_X, ORIGIN_Y = range(32, 36)
 N_CONSTANTS = 36
@@ -51,7 +53,7 @@ def baseline_origin(baseline: FloatArray) -> tuple[float, float]:
     return baseline[16] - wx, baseline[17] - wy
 
 
-@kernel
+@inner
 def _load_free_row(x: FloatArray, origin_x: float, origin_y: float, row: FloatArray) -> None:
     """Fill `row` for the knee `x` (28 or 32), with its own rest lengths, not yet changed."""
     slope = x[21]

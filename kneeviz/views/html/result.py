@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import LIGAMENTS, SearchResult
+from kneecore import LIGAMENTS, Response, SearchResult
 from kneeviz.state import results
 from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.marks import signs
 from kneeviz.views.html.pieces import coloured, faint, number, table
 
 _F = '<span title="The angles between the two models, summed over the loads that count">f</span>'
@@ -23,12 +24,11 @@ def differences(result: SearchResult, colours: theme.Palette) -> str:
     (_, one), (_, two) = results.knees(result)
     head = ("", coloured("model 1", colours.model_1), coloured("model 2", colours.model_2))
     straight = [float(np.degrees(r.flexion[5])) for r in (one, two)]
-    bent = [float(np.degrees(r.flexion[11])) for r in (one, two)]
     rows = [
-        ("Angle at +5 N·m", *(number(a, 1, "°") for a in straight)),
+        ("Angle at +5 N·m", *(_marked(r, 5) for r in (one, two))),
         ("Over-extension", *(number(max(-a, 0.0), 1, "°") for a in straight)),
         ("Extension deficit", *(number(max(a, 0.0), 1, "°") for a in straight)),
-        ("Angle at \u22125 N·m", *(number(a, 1, "°") for a in bent)),
+        ("Angle at \u22125 N·m", *(_marked(r, 11) for r in (one, two))),
     ]
     for i, name in enumerate(LIGAMENTS):
         rows.append(
@@ -39,6 +39,11 @@ def differences(result: SearchResult, colours: theme.Palette) -> str:
     on_bound = (int((sides != 0).sum()) for sides in _sides(result))
     rows.append(("Parameters at a bound", *(f"{n} of {free}" for n in on_bound)))
     return table(head, rows)
+
+
+def _marked(response: Response, k: int) -> str:
+    """Return the angle at load `k` with the signs behind it, which tell what they mean."""
+    return number(float(np.degrees(response.flexion[k])), 1, "°") + signs(response, k)
 
 
 def objective_line(result: SearchResult) -> str:
@@ -88,6 +93,22 @@ def repair_line(result: SearchResult) -> str:
     )
     missed = "" if repair.reached else f" (its goal, {repair.goal_percent:g} %, was not reached)"
     return f"<br>{faint(f'Repaired with {repair.n_models} more models{first}{missed}.')}"
+
+
+IMPROVING_NOTE = (
+    "Live, improving \u2026 The best two knees at rest until now, within the bounds around yours; "
+    "the search goes on, and the band of other knees follows."
+)
+"""What stands beside the live answer while its search goes on."""
+
+
+def unfinished_line(result: SearchResult, *, improving: bool) -> str:
+    """Return that a result is the best until now, or until it was stopped; nothing for an end."""
+    if result.stop_reason != "cancelled":
+        return ""
+    if improving:
+        return "<br><b>improving \u2026</b>"
+    return f"<br>{faint('The search was stopped: this is the best pair until then.')}"
 
 
 def live_note(sampled: str) -> str:

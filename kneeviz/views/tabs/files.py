@@ -29,6 +29,6 @@ class FilesTab:
     def _on_upload(self, post: Post) -> None:
         async def arrived(event: Any) -> None:
             file = event.target.value
-            post("upload", (file.name, file.content, event.client_id))
+            post(("upload", event.client_id), (file.name, file.content))
 
         self.upload.on_upload(arrived)

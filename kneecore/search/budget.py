@@ -1,0 +1,40 @@
+"""What a search asks of the machine."""
+
+from typing import TYPE_CHECKING, Any
+
+from kneecore.budget import Budget, surrogate_memory
+
+if TYPE_CHECKING:  # a command line shows its options without it
+    from kneecore.model import Model
+
+__all__ = ["search_budget"]
+
+_SECONDS_A_PAIR = 2e-7
+"""Least time of a pair in the surrogate, and of a model: no machine is faster."""
+
+
+def search_budget(settings: Any, model: "Model") -> Budget:
+    """Return what a search with all its `SearchSettings` decided asks for."""
+    d, m = model.n_free, model.n_outputs
+    in_model, ga = settings.search_space == "model", settings.method == "ga"
+    memory: dict[str, float] = {}
+    seconds: dict[str, float] = {}
+    models = 2
+    if not in_model:
+        rows = settings.training_samples + (settings.repair_models if settings.repair else 0)
+        models += rows
+        most = "training_samples"
+        if settings.repair and settings.repair_models > settings.training_samples:
+            most = "repair_models"
+        memory[most] = surrogate_memory(rows, d) + 8.0 * rows * (d + m)
+        seconds[most] = rows * _SECONDS_A_PAIR
+    if ga:
+        pairs = settings.pop_size * settings.n_generations * settings.n_runs
+        models += 2 * pairs if in_model else 0
+        # Parents and children, two models each.
+        memory["pop_size"] = 8.0 * settings.pop_size * 2 * 2 * d
+        memory["n_generations"] = 8.0 * settings.n_generations
+        memory["n_runs"] = 8.0 * settings.n_runs
+        counts = {name: getattr(settings, name) for name in ("n_generations", "n_runs", "pop_size")}
+        seconds[max(counts, key=lambda name: counts[name])] = pairs * _SECONDS_A_PAIR
+    return Budget(models, seconds, memory, {name: getattr(settings, name) for name in memory})
