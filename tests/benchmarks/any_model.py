@@ -72,7 +72,7 @@ def pymoo_ga(case: Case, seed: int) -> float:
 def smt_ego(case: Case, seed: int) -> float:
     from smt.applications import EGO
     from smt.surrogate_models import KRG
-    from smt.utils.design_space import DesignSpace
+    from smt.design_space import DesignSpace
 
     pairs, n_first = Pairs(case), 25
     space = DesignSpace(np.array([[0.0, 1.0]] * 2 * case.d), seed=seed)
