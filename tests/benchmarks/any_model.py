@@ -71,8 +71,8 @@ def pymoo_ga(case: Case, seed: int) -> float:
 
 def smt_ego(case: Case, seed: int) -> float:
     from smt.applications import EGO
-    from smt.surrogate_models import KRG
     from smt.design_space import DesignSpace
+    from smt.surrogate_models import KRG
 
     pairs, n_first = Pairs(case), 25
     space = DesignSpace(np.array([[0.0, 1.0]] * 2 * case.d), seed=seed)
