@@ -56,6 +56,7 @@ from .search.result import Repair as Repair
 from .search.result import RepairRound as RepairRound
 from .search.result import SampledBound as SampledBound
 from .search.result import SearchResult as SearchResult
+from .search.result import Verdict as Verdict
 from .search.settings import SearchSettings as SearchSettings
 from .search.training import TrainedSurrogate as TrainedSurrogate
 from .search.training import fit_surrogate as fit_surrogate

@@ -99,6 +99,8 @@ class Model(Runner):
     """What runs are counted by."""
     proxy: "Model | None" = None
     """A model near this one that has gradients; its worst pairs are where to begin to look."""
+    in_corners: bool = False
+    """Whether its worst pairs are known to lie in corners of the bounds: a repair looks there."""
     watched: int = 0
     """Column of the outputs that is told first."""
     picture_unit: str = ""

@@ -17,6 +17,7 @@ from kneecore.search.result import (
     RepairRound,
     SampledBound,
     SearchResult,
+    Verdict,
 )
 
 
@@ -125,13 +126,14 @@ def read_evidence(table: dict[str, Any] | None) -> Evidence | None:
     )
 
 
-def repair_table(repair: Repair | None, digits: int | None) -> dict[str, Any] | None:
+def repair_table(repair: Repair | None, digits: int | None, batch: int) -> dict[str, Any] | None:
     """Return the history of a repair as a table."""
     if repair is None:
         return None
     return {
         "goal_percent": repair.goal_percent,
         "max_models": repair.max_models,
+        "batch": batch,
         "models_added": repair.n_models,
         "models_failed": repair.n_failed,
         "reached": repair.reached,
@@ -166,6 +168,20 @@ def read_repair(table: dict[str, Any] | None) -> Repair | None:
             for r in table["rounds"]
         ),
     )
+
+
+def verdict_table(verdict: Verdict | None) -> dict[str, Any] | None:
+    """Return a verdict as a table."""
+    return None if verdict is None else {"word": verdict.word, "reasons": list(verdict.reasons)}
+
+
+def read_verdict(table: dict[str, Any] | None) -> Verdict | None:
+    """Return the verdict that `verdict_table` has told."""
+    if table is None:
+        return None
+    if table["word"] not in ("trusted", "doubtful", "not found"):
+        raise FileFormatError("`verdict.word` must be 'trusted', 'doubtful' or 'not found'")
+    return Verdict(word=table["word"], reasons=tuple(str(r) for r in table["reasons"]))
 
 
 def comparison_table(result: SearchResult) -> dict[str, Any] | None:

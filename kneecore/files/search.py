@@ -17,7 +17,9 @@ from kneecore.files.evidence import (
     read_evidence,
     read_methods,
     read_repair,
+    read_verdict,
     repair_table,
+    verdict_table,
 )
 from kneecore.files.knee_pair import knee_curves, knee_part, read_knee_part
 from kneecore.files.model import (
@@ -40,7 +42,7 @@ from kneecore.search.result import MODELS, SearchResult
 from kneecore.search.settings import SearchSettings
 
 SCHEMA = "kneecore.result/1"
-_REPAIR = frozenset({"repair", "repair_gap_percent", "repair_models"})
+_REPAIR = frozenset({"repair", "repair_gap_percent", "repair_models", "repair_batch"})
 """Options that the table of the repair tells."""
 
 
@@ -58,7 +60,8 @@ def to_dict(result: SearchResult) -> dict[str, Any]:
         "parameters": [named(result.model.names, x) for x in result.x],
         "at_bounds": _at_bounds(result),
         "evidence": evidence_table(result.evidence, digits),
-        "repair": repair_table(result.repair, digits),
+        "repair": repair_table(result.repair, digits, result.settings.repair_batch),
+        "verdict": verdict_table(result.verdict),
         "comparison": comparison_table(result),
         "search": {
             "run_values": plain(result.run_values, digits=digits),
@@ -115,6 +118,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
     known: dict[str, Any] = {"repair": repair is not None}
     if repair is not None:
         known |= {"repair_gap_percent": repair.goal_percent, "repair_models": repair.max_models}
+        known["repair_batch"] = int(document["repair"].get("batch", 4))
     search = document["search"]
     counted = [f"models_{name}" for name in ("simulated", *own["model"].count_names)]
     others = [key for key in document["counts"] if key not in counted]  # of a model's own kinds
@@ -132,6 +136,7 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         versions={k: str(v) for k, v in document["versions"].items()},
         evidence=read_evidence(document.get("evidence")),
         repair=repair,
+        verdict=read_verdict(document.get("verdict")),
         methods=read_methods(document.get("comparison"), document["seconds"]),
         **own,
     )

@@ -102,6 +102,7 @@ class Knee(Model):
 
     can_keep = False
     count_names = ("failed", "refined", "unsettled")
+    in_corners = True
     watched = LARGEST_EXTENSION
     picture_unit = "mm"
     size_name = "bound on the geometry"

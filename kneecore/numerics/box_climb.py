@@ -52,7 +52,7 @@ def _next_steps(u: FloatArray, g: FloatArray, secant: FloatArray, reach: FloatAr
 
 def _zeros(g: FloatArray, ahead: FloatArray, steps: FloatArray) -> FloatArray:
     """Return the part of `steps` at whose end the secant through g and `ahead` vanishes, or NaN."""
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return np.where((g * ahead < 0.0) & (steps != 0.0), steps * g / (g - ahead), np.nan)
 
 

@@ -30,6 +30,9 @@ from kneecore.numerics import thin_plate
 
 FloatArray = NDArray[np.float64]
 
+_BLOCK = 200_000
+"""Differences that are held at once: they stay in the processor's cache."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surrogate:
@@ -179,13 +182,27 @@ def _fit_scipy(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, Fl
     return np.array(fitted._coeffs[:n]), tail, constant
 
 
+def _squared_distances(x: FloatArray) -> FloatArray:
+    """Return the squared distances between points (n, d), shape (n, n).
+
+    A few rows at a time: all differences at once, (n, n, d), would be gigabytes for a thousand
+    points of hundreds of inputs. The rows do not know of each other, so the bits stay the same.
+    """
+    n, d = x.shape
+    rows = max(1, _BLOCK // (n * d))
+    q = np.empty((n, n))
+    for first in range(0, n, rows):
+        q[first : first + rows] = ((x[first : first + rows, None] - x) ** 2).sum(axis=2)
+    return q
+
+
 def _leave_one_out(x: FloatArray, weights: FloatArray) -> FloatArray:
     """Return the leave-one-out errors without refitting: minus w_i over the inverse's diagonal.
 
     Rippa 1999 (Adv. Comput. Math. 11:193-210), with the tail's rows in the matrix.
     """
     n, d = x.shape
-    q = ((x[:, None] - x[None]) ** 2).sum(axis=2)
+    q = _squared_distances(x)
     matrix = np.zeros((n + d + 1, n + d + 1))
     matrix[:n, :n] = 0.5 * q * np.log(np.where(q > 0.0, q, 1.0))
     matrix[:n, n] = matrix[n, :n] = 1.0

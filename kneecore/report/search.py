@@ -63,6 +63,8 @@ def _headline(result: SearchResult) -> str:
     lines.append(_objective_line(result))
     if result.repair is not None:
         lines.append(repair_line(result.repair))
+    if result.verdict is not None:
+        lines.append(str(result.verdict))
     if len(result.run_values) > 1:
         high, low = (f(result.run_values) for f in (max, min))
         best, worst = (objective_text(result.model, v) for v in (high, low))

@@ -20,12 +20,14 @@ from kneecore.search.result import Evidence
 from kneecore.search.sign_climb import ExactSettings, climb_pair
 from kneecore.search.training import train
 
-__all__ = ["climb_surrogate", "exact_in_model", "exact_in_surrogate"]
+__all__ = ["climb_surrogate", "exact_in_model", "exact_in_surrogate", "slopes_of"]
 
 FloatArray = NDArray[np.float64]
 
 
-def _slopes(surrogate: Surrogate) -> Slopes:
+def slopes_of(surrogate: Surrogate) -> Slopes:
+    """Return the surrogate as climbs see it."""
+
     def slopes(u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         y = surrogate(u)
         return (w * y).sum(axis=1), surrogate.weighted_gradient(u, w), y
@@ -77,7 +79,7 @@ def climb_surrogate(
     """Find the most different pair of a surrogate by climbs with its exact gradient."""
     watch = _Watch(callback)
     found = climb_pair(
-        _slopes(surrogate),
+        slopes_of(surrogate),
         surrogate.n_dimensions,
         problem.weights,
         order=problem.order,

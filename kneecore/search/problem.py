@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.progress import Callback
-from kneecore.search.result import Evidence, Repair
+from kneecore.search.result import Evidence, Repair, Verdict
 from kneecore.search.settings import SearchSettings
 from kneecore.search.training import Training
 from kneecore.unit_model import UnitModel
@@ -86,6 +86,7 @@ class Outcome:
     training: Training | None
     seconds: Mapping[str, float]
     repair: Repair | None = None
+    verdict: Verdict | None = None
 
 
 def pair_value(y: FloatArray, weights: FloatArray) -> float:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ __all__ = [
     "RepairRound",
     "SampledBound",
     "SearchResult",
+    "Verdict",
     "gap_percent",
 ]
 
@@ -160,6 +161,18 @@ class Repair:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Whether a worst pair is to be trusted."""
+
+    word: Literal["trusted", "doubtful", "not found"]
+    reasons: tuple[str, ...] = ()
+    """Why not, and what to do: a sentence each."""
+
+    def __str__(self) -> str:
+        return " ".join([f"Verdict: {self.word}.", *self.reasons])
+
+
+@dataclass(frozen=True, kw_only=True)
 class MethodTrace:
     """One method's worst case and the way to it; every f but the promised one is the model's."""
 
@@ -235,6 +248,9 @@ class SearchResult(Presented):
     """What an exact search says about how good its result is."""
     repair: Repair | None = None
     """How the surrogate was repaired; None if it was not asked to be."""
+    verdict: Verdict | None = None
+    """Whether the pair is to be trusted; None where the search does not judge itself: that of a
+    knee, or one without repair."""
     methods: tuple[MethodTrace, ...] = field(default=())
     """What all methods find in the same bounds (`kneecore.search.compare.with_methods`)."""
 

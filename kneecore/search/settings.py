@@ -60,6 +60,8 @@ class SearchSettings:
     repair_models: int = option(40, place=("repair", "max_models"))
     """Model runs that a repair may add. Those that the gap does not need look for a pair that is
     better in the true model."""
+    repair_batch: int = option(4, place=("repair", "batch"))
+    """Runs that a repair asks for at once (models of one's own; a knee is repaired one by one)."""
     training_samples: int = option(50, place=("search", "training_samples"))
     """Model runs that the surrogate is fitted to; at least one more than free parameters."""
     pop_size: int = option(200, place=("search", "pop_size"))
@@ -83,7 +85,8 @@ class SearchSettings:
 
     def __post_init__(self) -> None:
         check_choices(self)
-        for name in ("training_samples", "pop_size", "n_generations", "n_runs", "repair_models"):
+        counts = ("training_samples", "pop_size", "n_generations", "n_runs")
+        for name in (*counts, "repair_models", "repair_batch"):
             object.__setattr__(self, name, check_count(name, getattr(self, name)))
         object.__setattr__(self, "seed", check_seed(self.seed))
         object.__setattr__(self, "weights", _checked_weights(self.weights))
@@ -124,7 +127,7 @@ class SearchSettings:
             )
         if not self.repair:
             self._refuse_others_than_usual(
-                ("repair_gap_percent", "repair_models"), "it needs `repair`"
+                ("repair_gap_percent", "repair_models", "repair_batch"), "it needs `repair`"
             )
         object.__setattr__(self, "repair_gap_percent", gap)
         if not self.repair:

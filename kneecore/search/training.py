@@ -50,7 +50,11 @@ class Training:
     def loo_rms(self) -> float | None:
         """Root mean square of the leave-one-out errors, in the outputs' unit; None if unknown."""
         errors = self.surrogate.loo_errors
-        return float(np.sqrt(np.mean(errors**2))) if np.isfinite(errors).all() else None
+        if not np.isfinite(errors).all():
+            return None
+        with np.errstate(over="ignore"):  # squares of more than 1e154
+            rms = float(np.sqrt(np.mean(errors**2)))
+        return rms if np.isfinite(rms) else None
 
 
 def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:

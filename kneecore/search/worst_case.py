@@ -35,10 +35,11 @@ from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import checked
 from kneecore.search.exact_search import exact_in_model, exact_in_surrogate
 from kneecore.search.genetic_search import find_pair
+from kneecore.search.inside_search import find_inside_pair
 from kneecore.search.problem import Outcome, Problem
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import MODELS, SearchResult, gap_percent
-from kneecore.search.settings import SearchSettings
+from kneecore.search.settings import SearchSettings, enough_samples
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
 
@@ -51,7 +52,8 @@ def find(problem: Problem) -> Outcome:
     """Search as the problem's settings say."""
     settings = problem.settings
     if settings.repair:
-        return find_repaired_pair(problem)
+        in_corners = problem.model.model.in_corners
+        return find_repaired_pair(problem) if in_corners else find_inside_pair(problem)
     if settings.method == "ga":
         return find_pair(problem)
     return (
@@ -75,7 +77,9 @@ def worst_case(
     model : Model
         Such as `Knee`.
     settings : SearchSettings, optional
-        How to search; the paper's main run for None.
+        How to search. For None: the paper's main run for a knee; for other models climbs with exact
+        gradients where there are any, else a surrogate that is repaired within 150 runs, or
+        100 more than it is fitted to.
     callback : callable, optional
         Gets `Progress` reports; a true result cancels. A search that has begun returns what it has
         found, with the `stop_reason` "cancelled".
@@ -89,6 +93,8 @@ def worst_case(
     Cancelled
         If the callback cancelled before the search had begun.
     """
+    if settings is None and isinstance(model, Model):
+        settings = _usual(model)
     settings = checked(model, settings, callback).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
@@ -104,6 +110,16 @@ def worst_case(
         result_of=lambda found, counted: _result(replace(problem, model=counted), found, compiled),
     )
     return _result(problem, find(problem), compiled)
+
+
+def _usual(model: Model) -> SearchSettings:
+    """Return how a model is searched if nothing is asked for."""
+    if model.in_corners:
+        return SearchSettings()
+    if model.has_gradient or model.proxy is not None:
+        return SearchSettings(method="exact")
+    n = enough_samples(model.n_free)
+    return SearchSettings(method="exact", repair=True, training_samples=n, repair_models=99)
 
 
 def _order(outcome: Outcome, column: int) -> list[int]:
@@ -156,4 +172,5 @@ def _result(problem: Problem, outcome: Outcome, compiled: float) -> SearchResult
         versions=versions(),
         evidence=found.evidence,
         repair=outcome.repair,
+        verdict=outcome.verdict,
     )
