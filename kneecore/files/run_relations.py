@@ -17,6 +17,8 @@ _PER_CENT = 100.0
 
 def _searched_f(result: SearchResult) -> float | None:
     """Return f of the best pair in the space that was searched last."""
+    if result.verdict is not None:  # a search inside the bounds ends with the best that was run
+        return result.objective_model
     if result.repair is not None and not result.repair.rounds:  # ended before its first optimum
         return result.objective_model
     f = result.objective_surrogate

@@ -121,7 +121,8 @@ def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
     if not math.isfinite(half):
         raise FileFormatError(f"`{where}.half_range` is {half:g}; a finite number is allowed")
     column = ALL_NAMES.index(name)
-    if half > LARGEST[column]:
+    # Of a value in the wrong unit it is better to tell the value: that is checked with the others.
+    if half > LARGEST[column] and abs(value) <= LARGEST[column]:
         raise FileFormatError(
             f"`{where}.half_range` is {in_display_unit(column, half)}; at most "
             f"{in_display_unit(column, LARGEST[column])} is allowed (which unit?)"

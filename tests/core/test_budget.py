@@ -47,7 +47,11 @@ COMMANDS = [
 ]
 SEEDS_ONLY = (BoundSweepSettings, NeededAccuracySettings)
 LARGEST = 2**31 - 1
-RUNS = {"n_samples": "a day's work: the samples are not kept", "n_runs": "the same search again"}
+RUNS = {
+    "n_samples": "a day's work: the samples are not kept",
+    "n_runs": "the same search again",
+    "repair_batch": "never more than `repair_models`",
+}
 """Options whose largest value is allowed on a large machine, and why."""
 
 

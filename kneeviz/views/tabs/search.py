@@ -15,6 +15,7 @@ NOT_HERE = {
     "training_samples": "follows from the number of free parameters",
     "repair_gap_percent": "its default is what the page promises",
     "repair_models": "its default is what the page promises",
+    "repair_batch": "knees are repaired one by one",
     "n_runs": "the page shows one run",
     "weights": "twelve numbers: the loads are chosen in words",
     "options": "the genetic algorithm's constants, for the command line",
