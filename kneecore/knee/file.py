@@ -120,13 +120,6 @@ def _parameter(name: str, entry: Any) -> tuple[float, float, float, str]:
         )
     if not math.isfinite(half):
         raise FileFormatError(f"`{where}.half_range` is {half:g}; a finite number is allowed")
-    column = ALL_NAMES.index(name)
-    # Of a value in the wrong unit it is better to tell the value: that is checked with the others.
-    if half > LARGEST[column] and abs(value) <= LARGEST[column]:
-        raise FileFormatError(
-            f"`{where}.half_range` is {in_display_unit(column, half)}; at most "
-            f"{in_display_unit(column, LARGEST[column])} is allowed (which unit?)"
-        )
     return factor, value, half, _text(f"{where}.source", table.get("source", ""))
 
 
@@ -161,6 +154,7 @@ def parse_knee(text: str | bytes) -> KneeFile:
     rows = [_parameter(name, table[name]) for name in names]
     factors, values, halves, sources = zip(*rows, strict=True)
     baseline = _possible(np.array(values), "parameters")
+    half_ranges = _usable(names, np.array(halves))
     current = None
     if "current" in document:
         current = baseline.copy()
@@ -171,7 +165,6 @@ def parse_knee(text: str | bytes) -> KneeFile:
         current = _possible(current, "current")
     title = _text("title", document.get("title", "Untitled knee"))
     note = _text("note", document["note"]) if "note" in document else None
-    half_ranges = np.array(halves)
     for array in (baseline, half_ranges, current):
         if array is not None:
             array.setflags(write=False)
@@ -200,6 +193,17 @@ def _possible(values: FloatArray, where: str) -> FloatArray:
         return check_physical(values, where)
     except ParameterError as error:
         raise FileFormatError(str(error)) from None
+
+
+def _usable(names: tuple[str, ...], half_ranges: FloatArray) -> FloatArray:
+    """Return the half-ranges, if none is larger than any knee's value."""
+    for column, (name, half) in enumerate(zip(names, half_ranges, strict=True)):
+        if half > LARGEST[column]:
+            raise FileFormatError(
+                f"`parameters.{name}.half_range` is {in_display_unit(column, half)}; at most "
+                f"{in_display_unit(column, LARGEST[column])} is allowed (which unit?)"
+            )
+    return half_ranges
 
 
 def read_knee(path: str | Path) -> KneeFile:
