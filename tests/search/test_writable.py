@@ -45,7 +45,7 @@ class _Stop:
 
 
 @settings(
-    deadline=None, max_examples=8, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+    deadline=None, max_examples=4, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 @given(
     kind=st.sampled_from(sorted(KINDS)),
