@@ -9,20 +9,13 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Self
 
+from kneecore._locks import lock
 from kneecore.errors import OutputError, ParameterError
 
 if TYPE_CHECKING:
     from kneecore.files.checkpoint import Checkpoint
-
-try:
-    import fcntl
-
-    _fcntl: ModuleType | None = fcntl
-except ImportError:  # there, two writers are not kept apart
-    _fcntl = None
 
 __all__ = ["Keeping"]
 
@@ -114,21 +107,14 @@ class Keeping:
 
     def _lock_out_others(self, folder: Path) -> None:
         """Lock the folder itself: the lock leaves no file, and goes with the process."""
-        if _fcntl is None:
+        if os.name != "posix":  # there, a folder cannot be opened
             return
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            _fcntl.flock(handle, _fcntl.LOCK_EX | _fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(handle)
+        self._lock = os.open(folder, os.O_RDONLY)
+        if not lock(self._lock):
             raise OutputError(
                 f"`folder` is {str(folder)!r}, to which another process is writing; "
                 "another folder is allowed"
-            ) from None
-        except OSError:  # a network's disk without locks
-            os.close(handle)
-            return
-        self._lock = handle
+            )
 
     def _about(self) -> dict[str, Any]:
         """Return all that the results depend on."""

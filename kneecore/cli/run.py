@@ -142,12 +142,14 @@ def interrupted(command: str, what: str) -> int:
 
 
 @contextlib.contextmanager
-def _interrupt_sets(event: threading.Event) -> Iterator[None]:
-    """Let Ctrl-C set `event` instead of raising: numba swallows exceptions while it compiles."""
+def _stops_set(event: threading.Event, *, only_once: bool = False) -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM set `event` instead of raising; with `only_once`, the next raises."""
 
     def handle(number: int, _frame: FrameType | None) -> None:
         global _last_stop
         _last_stop = signal.Signals(number)
+        if only_once and event.is_set():
+            raise KeyboardInterrupt
         event.set()
 
     before = {number: signal.signal(number, handle) for number in _STOPS}
@@ -162,20 +164,8 @@ def _interrupt_sets(event: threading.Event) -> Iterator[None]:
 def undisturbed() -> Iterator[threading.Event]:
     """Let Ctrl-C wait, as an event that is set, until the block is done; a second one does not."""
     stop = threading.Event()
-
-    def handle(number: int, _frame: FrameType | None) -> None:
-        global _last_stop
-        _last_stop = signal.Signals(number)
-        if stop.is_set():
-            raise KeyboardInterrupt
-        stop.set()
-
-    before = {number: signal.signal(number, handle) for number in _STOPS}
-    try:
+    with _stops_set(stop, only_once=True):
         yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def run_cancellable(
@@ -212,7 +202,7 @@ def run_cancellable(
             outcome["error"] = error
 
     worker = threading.Thread(target=run, daemon=True, name=command)
-    with _interrupt_sets(stop):
+    with _stops_set(stop):  # an exception would be swallowed by numba while it compiles
         worker.start()
         while worker.is_alive() and not stop.is_set():
             worker.join(0.05)

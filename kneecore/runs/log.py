@@ -14,23 +14,16 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._arguments import shown_name
+from kneecore._locks import lock
 from kneecore._untrusted import decoded, read_bytes
 from kneecore.errors import FileFormatError, OutputError
 from kneecore.runs.part import Trouble
-
-try:
-    import fcntl
-
-    _locks: ModuleType | None = fcntl
-except ImportError:  # a system without it
-    _locks = None
 
 __all__ = ["Kept", "RunLog"]
 
@@ -116,16 +109,11 @@ class RunLog:
         except (OSError, ValueError) as error:
             said = getattr(error, "strerror", None) or error
             raise OutputError(f"{shown_name(self.path)} cannot be written ({said})") from None
-        if _locks is not None:
-            try:
-                _locks.flock(file, _locks.LOCK_EX | _locks.LOCK_NB)
-            except BlockingIOError:
-                os.close(file)
-                raise OutputError(
-                    f"{shown_name(self.path)} is written by another study; each needs its own file"
-                ) from None
-            except OSError:  # a network's disk without locks
-                pass
+        if not lock(file):
+            os.close(file)
+            raise OutputError(
+                f"{shown_name(self.path)} is written by another study; each needs its own file"
+            )
         return file
 
     def _load(self, rerun_failures: bool) -> None:

@@ -105,19 +105,18 @@ def _part(y: FloatArray, troubles: list[Trouble], seconds: float, retried: int) 
     return Part(done=Evaluation(y=y, counts=counts), troubles=tuple(troubles), seconds=seconds)
 
 
-class RowWork:
-    """Runs a function of one point at a time.
+class _FunctionWork:
+    """Runs a function.
 
     Parameters
     ----------
     run : callable
-        Takes a point (d,) and returns its outputs, (m,).
+        Takes a point (d,) and returns its outputs, (m,); or many points, where that is said.
     n_outputs : int
     retries : int
         How often a run that raised is tried again.
     """
 
-    by_row = True
     keeps = True
 
     def __init__(self, run: Callable[[FloatArray], Any], n_outputs: int, retries: int = 0) -> None:
@@ -125,6 +124,12 @@ class RowWork:
 
     def warm_up(self) -> None:
         """Nothing is known of what a function has to load."""
+
+
+class RowWork(_FunctionWork):
+    """Runs a function of one point at a time."""
+
+    by_row = True
 
     def parts(self, x: FloatArray, *, observe: bool, patience: float) -> Iterator[Part]:
         """Yield what becomes of points (n, d); see `Work`."""
@@ -156,7 +161,7 @@ class RowWork:
         raise AssertionError
 
 
-class BatchWork:
+class BatchWork(_FunctionWork):
     """Runs a function of many points at once.
 
     Where it raises, or returns what is no outputs, halves of the points are tried, and so on, until
@@ -164,13 +169,6 @@ class BatchWork:
     """
 
     by_row = False
-    keeps = True
-
-    def __init__(self, run: Callable[[FloatArray], Any], n_outputs: int, retries: int = 0) -> None:
-        self.run, self.n_outputs, self.retries = run, n_outputs, retries
-
-    def warm_up(self) -> None:
-        """Nothing is known of what a function has to load."""
 
     def parts(self, x: FloatArray, *, observe: bool, patience: float) -> Iterator[Part]:
         """Yield what becomes of points (n, d), at once."""

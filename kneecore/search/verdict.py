@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: a knee's search needs none
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from kneecore.search.inside import Half
 from kneecore.search.result import Verdict, gap_percent
@@ -31,7 +31,7 @@ def _ranks(training: Training, sums: FloatArray) -> float | None:
     predicted = true + training.surrogate.loo_errors @ sums
     if not np.isfinite(predicted).all() or np.ptp(true) == 0.0 or np.ptp(predicted) == 0.0:
         return None
-    return float(spearmanr(true, predicted).statistic)
+    return float(scipy.stats.spearmanr(true, predicted).statistic)
 
 
 def judged(

@@ -190,8 +190,8 @@ def fought_over(
 @row(
     "Two writers of one folder",
     Guard(
-        file="kneecore/cli/keeping.py",
-        function="Keeping._lock_out_others",
+        file="kneecore/_locks.py",
+        function="lock",
         line="_fcntl.flock(handle, _fcntl.LOCK_EX | _fcntl.LOCK_NB)",
         instead="pass",
         test="tests/hardening/test_killed.py -k writers",

@@ -4,13 +4,14 @@ import contextlib
 import math
 import threading
 import time
+from collections.abc import Iterator
 
 import msgspec
 import numpy as np
 import viser
 from hardening.attacks import upload_button
 from hardening.rows import Guard, Outcome, Scale, row
-from hardening.served import LABEL, Honest, serving, slider
+from hardening.served import LABEL, Honest, Served, serving, slider
 from viz.websocket_client import CAMERA, WebSocketClient
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
@@ -101,23 +102,9 @@ def drag_and_measure(client: WebSocketClient, seconds: float) -> np.ndarray:
     return 1e3 * np.array(took)
 
 
-def _crowd_limit_ms(scale: Scale) -> float:
-    """Return what is asked of the long run on a quiet machine, or of the short one on any."""
-    return 100.0 if scale.share == 1.0 else 400.0
-
-
-@row(
-    "Thirty-two visitors drag while one searches",
-    Guard(
-        file="kneeviz/server/app.py",
-        function="App.__init__",
-        line="viser_broadcast.install()",
-        instead="pass",
-        test="tests/hardening/test_load.py -k thirty_two",
-    ),
-)
-def crowd(scale: Scale) -> Outcome:
-    """Let thirty-two visitors of one knee drag while the true model is searched."""
+@contextlib.contextmanager
+def thirty_two_draggers() -> Iterator[tuple[Served, WebSocketClient, list[Dragger]]]:
+    """Start a server that can search, with one honest visitor and thirty-two who drag."""
     with (
         serving() as served,
         WebSocketClient(served.port) as client,
@@ -130,6 +117,28 @@ def crowd(scale: Scale) -> Outcome:
         draggers = [Dragger(served.port, *sliders[n % len(sliders)]) for n in range(32)]
         for dragger in draggers:
             stack.callback(dragger.close)
+        yield served, client, draggers
+
+
+def _crowd_limit_ms(scale: Scale) -> float:
+    """Return what is asked of the long run on a quiet machine, or of the short one on any."""
+    return 100.0 if scale.share == 1.0 else 400.0
+
+
+@row(
+    "Thirty-two visitors drag while one searches",
+    Guard(
+        file="kneeviz/viser_broadcast.py",
+        function="Broadcast.frame",
+        line="known = self._windows.get((cursor, end))",
+        instead="known = None",
+        test="tests/viz/test_broadcast.py -k packed_once",
+    ),
+)
+def crowd(scale: Scale) -> Outcome:
+    """Let thirty-two visitors of one knee drag while the true model is searched."""
+    with thirty_two_draggers() as (served, client, draggers):
+        search = slider(client, SEARCH)
         searches, end = 0, time.monotonic() + scale.seconds
         parts = []
         while time.monotonic() < end:

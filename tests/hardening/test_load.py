@@ -1,13 +1,12 @@
 """Many visitors at once, and what they leave behind; ``run.py`` does the same for minutes."""
 
-import contextlib
 import threading
 import time
 
 import numpy as np
 import pytest
-from hardening.rows_load import SEARCH, Dragger, drag_and_measure, drop_in, others_sliders
-from hardening.served import serving, slider
+from hardening.rows_load import SEARCH, drag_and_measure, drop_in, thirty_two_draggers
+from hardening.served import slider
 from viz.conftest import eventually
 from viz.websocket_client import WebSocketClient
 
@@ -19,19 +18,8 @@ pytestmark = pytest.mark.filterwarnings("ignore:Queued a ")  # viser's, for thos
 
 def test_thirty_two_drag_while_one_searches():
     """A move of one more is answered soon, though there are 640 others a second."""
-    with (
-        serving() as served,
-        WebSocketClient(served.port) as client,
-        contextlib.ExitStack() as stack,
-    ):
-        client.wait(lambda c: c.counts.get("ReplayDoneMessage"))
-        search = slider(client, SEARCH)
-        client.wait(lambda c: not c.props[search]["disabled"], 60)
-        sliders = others_sliders(client)
-        draggers = [Dragger(served.port, *sliders[n % len(sliders)]) for n in range(32)]
-        for dragger in draggers:
-            stack.callback(dragger.close)
-        client.set(search, True)
+    with thirty_two_draggers() as (served, client, draggers):
+        client.set(slider(client, SEARCH), True)
         took = drag_and_measure(client, 3.0)
         assert len(took) > 5
         assert np.percentile(took, 95) < 400.0  # of a busy machine; on a quiet one, 50

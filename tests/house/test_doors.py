@@ -30,3 +30,16 @@ def test_no_two_results_call_themselves_the_same():
     rooms = [*(files for _, files, _ in _PLACES.values()), *_FILES_OF_SEVERAL]
     schemas = [import_module(f"kneecore.{files}").FORMAT.schema for files in rooms]
     assert len(set(schemas)) == len(schemas)
+
+
+def test_a_search_of_knees_loads_no_more_than_it_needs():
+    """Every tenth of a second counts at the start; what is rare is loaded when it is used."""
+    code = (
+        "import sys, kneecore\n"
+        "from kneecore import Knee, SearchSettings, worst_case\n"
+        "str(worst_case(Knee(), SearchSettings(pop_size=20, n_generations=5)))\n"
+        "rare = ('scipy.stats', 'matplotlib', 'cloudpickle', 'distributed', 'multiprocessing')\n"
+        "print([name for name in rare if name in sys.modules])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
