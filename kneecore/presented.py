@@ -18,6 +18,7 @@ __all__ = [
     "format_of",
     "format_with_schema",
     "load",
+    "rendered",
     "words_of",
 ]
 
@@ -198,6 +199,11 @@ class Presented:
 
 def _door(place: str, name: str) -> Any:
     return getattr(import_module(f"kneecore.{place}"), name)
+
+
+def rendered(result: Presented) -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of a result's figures; Matplotlib is loaded only now."""
+    yield from _door("figures.style", "render")(result.figures())
 
 
 def load(path: str | Path) -> Any:

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from kneecore.figures import names
 from kneecore.figures.evidence import convergence_figure, repair_figure
 from kneecore.figures.knee_pair import ap_position, ligament_forces, moment_angle
 from kneecore.figures.style import (
@@ -21,28 +22,16 @@ from kneecore.knee.model import Knee
 from kneecore.model import Shape
 from kneecore.search.result import MODELS, SearchResult
 
-__all__ = ["FIGURE_FILES", "draw"]
+__all__ = ["draw"]
 
 FloatArray = NDArray[np.float64]
 
 _MOST_OUTPUTS = 24
-_OUTPUTS, _PICTURE = "figure_1_outputs", "figure_2_picture"
 _KNEE = {
-    "figure_1_moment_angle": moment_angle,
-    "figure_3_ligament_forces": ligament_forces,
-    "figure_4_ap_displacement": ap_position,
+    names.MOMENT_ANGLE: moment_angle,
+    names.FORCES: ligament_forces,
+    names.AP_POSITION: ap_position,
 }
-_GEOMETRY, _REPAIR, _CONVERGENCE = (
-    "figure_2_geometry",
-    "figure_5_repair",
-    "figure_6_convergence",
-)
-FIGURE_FILES = tuple(
-    f"{name}.{ending}"
-    for name in (*_KNEE, _GEOMETRY, _OUTPUTS, _PICTURE, _REPAIR, _CONVERGENCE)
-    for ending in ("png", "svg")
-)
-"""Names of all files that a search's figures may be in."""
 
 
 def draw(result: SearchResult) -> dict[str, Figure]:
@@ -52,17 +41,17 @@ def draw(result: SearchResult) -> dict[str, Figure]:
         if isinstance(result.model, Knee):
             drawn |= {name: figure(result) for name, figure in _KNEE.items()}
             title = f"Geometry in the load-free pose ({REST_DEG:.2f} deg)"
-            drawn[_GEOMETRY] = _picture(result, title, ("anterior", "proximal"))
-            drawn[_GEOMETRY].axes[0].legend(loc="lower right")
+            drawn[names.GEOMETRY] = _picture(result, title, ("anterior", "proximal"))
+            drawn[names.GEOMETRY].axes[0].legend(loc="lower right")
         else:
-            drawn[_OUTPUTS] = _outputs(result)
+            drawn[names.OUTPUTS] = _outputs(result)
             if result.model.has_picture:
-                drawn[_PICTURE] = _picture(result, result.model.name, ("x", "y"))
-                drawn[_PICTURE].legend(loc="outside lower center", ncols=len(MODELS))
+                drawn[names.PICTURE] = _picture(result, result.model.name, ("x", "y"))
+                drawn[names.PICTURE].legend(loc="outside lower center", ncols=len(MODELS))
     if result.repair is not None:
-        drawn[_REPAIR] = repair_figure(result.repair, result.model)
+        drawn[names.REPAIR] = repair_figure(result.repair, result.model)
     if result.methods:
-        drawn[_CONVERGENCE] = convergence_figure(result)
+        drawn[names.CONVERGENCE] = convergence_figure(result)
     return dict(sorted(drawn.items()))
 
 

@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import FileFormatError
-from kneecore.figures.accuracy_allocation import draw
-from kneecore.figures.style import render
 from kneecore.files import needed_accuracy
 from kneecore.files.model import array, number_or_none
 from kneecore.files.origin import column_of, numbers_of, origin_table, read_origin, read_versions
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.numbers import exact
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.report.accuracy_allocation import WORDS
 from kneecore.study.accuracy_allocation import AccuracyAllocation
 from kneecore.study.best_search import searches_in_model
@@ -157,7 +155,7 @@ def from_dict(document: dict[str, Any]) -> AccuracyAllocation:
 
 def _others(found: AccuracyAllocation, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(found))
+        yield from rendered(found)
 
 
 FORMAT = Format(

@@ -3,14 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from kneecore.figures.bound_sweep import draw
-from kneecore.figures.style import render
 from kneecore.files.model import array
 from kneecore.files.origin import column_of, origin_table, read_origin, read_versions
 from kneecore.knee.model import Knee
 from kneecore.knee.readings import deficit_deg, over_extension_deg
 from kneecore.numbers import exact, plain
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.best_search import searches_in_model
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.settings import BoundSweepSettings
@@ -94,7 +92,7 @@ def from_dict(document: dict[str, Any]) -> BoundSweep:
 
 def _others(sweep: BoundSweep, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(sweep))
+        yield from rendered(sweep)
 
 
 FORMAT = Format(

@@ -3,14 +3,12 @@
 from collections.abc import Iterator
 from typing import Any
 
-from kneecore.figures.comparison import draw
-from kneecore.figures.style import render
 from kneecore.files.model import array
 from kneecore.files.monte_carlo import MARKS
 from kneecore.files.origin import numbers_of, origin_table, read_origin
 from kneecore.knee.model import Knee
 from kneecore.model import Model
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.search.result import MODELS
 from kneecore.study.comparison import Comparison
 
@@ -66,7 +64,7 @@ def from_dict(document: dict[str, Any]) -> Comparison:
 
 def _others(found: Comparison, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(found))
+        yield from rendered(found)
 
 
 FORMAT = Format(

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore.errors import FileFormatError
-from kneecore.figures.influence import draw
-from kneecore.figures.style import render
 from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
@@ -24,7 +22,7 @@ from kneecore.files.settings import read_settings, write_settings
 from kneecore.knee.model import Knee
 from kneecore.knee.response import MOMENT
 from kneecore.numerics.sensitivity import Indices
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.report.influence import answer
 from kneecore.study.influence import InfluenceResult
 from kneecore.study.settings import InfluenceSettings
@@ -139,7 +137,7 @@ def to_csv(found: InfluenceResult) -> str:
 def _others(found: InfluenceResult, figures: bool) -> Iterator[tuple[str, bytes]]:
     yield INFLUENCE_FILE, to_csv(found).encode()
     if figures:
-        yield from render(draw(found))
+        yield from rendered(found)
 
 
 FORMAT = Format(

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from kneecore.errors import FileFormatError
-from kneecore.figures.landscape import draw
-from kneecore.figures.style import render
 from kneecore.files.model import array
 from kneecore.files.origin import numbers_of, origin_table, read_origin, read_versions
 from kneecore.knee.model import Knee
 from kneecore.model import Model
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.landscape import Landscape
 
 __all__ = ["FORMAT", "from_dict", "to_csv", "to_dict"]
@@ -86,7 +84,7 @@ def to_csv(found: Landscape) -> str:
 def _others(found: Landscape, figures: bool) -> Iterator[tuple[str, bytes]]:
     yield "landscape.csv", to_csv(found).encode()
     if figures:
-        yield from render(draw(found))
+        yield from rendered(found)
 
 
 FORMAT = Format(

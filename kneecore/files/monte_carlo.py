@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from kneecore.figures.monte_carlo import draw
-from kneecore.figures.style import render
 from kneecore.files.model import array, named
 from kneecore.files.origin import (
     numbers_of,
@@ -20,7 +18,7 @@ from kneecore.files.settings import read_settings, write_settings
 from kneecore.knee.model import Knee
 from kneecore.knee.response import MOMENT, QUANTITIES
 from kneecore.model import Model
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.monte_carlo import MonteCarloResult, Spread
 from kneecore.study.settings import SamplingSettings
 
@@ -157,7 +155,7 @@ def _read_used(told: Any, n_outputs: int) -> Any:
 
 def _others(study: MonteCarloResult, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(study))
+        yield from rendered(study)
 
 
 FORMAT = Format(

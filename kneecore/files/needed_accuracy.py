@@ -3,13 +3,11 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from kneecore.figures.needed_accuracy import draw
-from kneecore.figures.style import render
 from kneecore.files.bound_sweep import knee_bounds
 from kneecore.files.model import array, number_or_none
 from kneecore.files.origin import column_of, numbers_of, origin_table, read_origin, read_versions
 from kneecore.knee.model import Knee
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.report.needed_accuracy import WORDS
 from kneecore.study.best_search import searches_in_model
 from kneecore.study.needed_accuracy import NeededAccuracy
@@ -108,7 +106,7 @@ def from_dict(document: dict[str, Any]) -> NeededAccuracy:
 
 def _others(need: NeededAccuracy, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(need))
+        yield from rendered(need)
 
 
 FORMAT = Format(

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from kneecore.errors import FileFormatError
-from kneecore.figures.search import FIGURE_FILES, draw
-from kneecore.figures.style import render
+from kneecore.figures.names import SEARCH_FILES
 from kneecore.files.evidence import (
     comparison_table,
     evidence_table,
@@ -35,7 +34,7 @@ from kneecore.files.settings import read_settings, write_settings
 from kneecore.knee.bounds import needs_file
 from kneecore.knee.model import Knee
 from kneecore.numbers import plain
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.report.command import command_line
 from kneecore.report.search import WORDS
 from kneecore.search.result import MODELS, SearchResult
@@ -186,7 +185,7 @@ def _others(result: SearchResult, figures: bool) -> Iterator[tuple[str, bytes]]:
     if isinstance(result.model, Knee) and needs_file(result.model.space):
         yield "knee.toml", result.model.space.to_toml().encode()
     if figures:
-        yield from render(draw(result))
+        yield from rendered(result)
 
 
 FORMAT = Format(
@@ -195,5 +194,5 @@ FORMAT = Format(
     to_dict=to_dict,
     from_dict=from_dict,
     others=_others,
-    stale=(*FIGURE_FILES, "curves.csv", "knee.toml"),
+    stale=(*SEARCH_FILES, "curves.csv", "knee.toml"),
 )

@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from kneecore.figures.style import render
-from kneecore.figures.surrogate_quality import draw
 from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
@@ -19,7 +17,7 @@ from kneecore.files.origin import (
 from kneecore.files.settings import read_settings, write_settings
 from kneecore.knee.model import Knee
 from kneecore.knee.response import MOMENT
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.settings import SurrogateQualitySettings
 from kneecore.study.surrogate_quality import Judgement, SurrogateQuality
 
@@ -85,7 +83,7 @@ def from_dict(document: dict[str, Any]) -> SurrogateQuality:
 
 def _others(quality: SurrogateQuality, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(quality))
+        yield from rendered(quality)
 
 
 FORMAT = Format(

@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from kneecore.figures.style import render
-from kneecore.figures.training_sweep import draw
 from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
@@ -17,7 +15,7 @@ from kneecore.files.origin import (
 )
 from kneecore.knee.model import Knee
 from kneecore.model import Model
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.settings import TrainingSweepSettings
 from kneecore.study.training_sweep import TrainingSweep
 
@@ -80,7 +78,7 @@ def from_dict(document: dict[str, Any]) -> TrainingSweep:
 
 def _others(sweep: TrainingSweep, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render(draw(sweep))
+        yield from rendered(sweep)
 
 
 FORMAT = Format(

@@ -37,7 +37,8 @@ def test_a_search_of_knees_loads_no_more_than_it_needs():
     code = (
         "import sys, kneecore\n"
         "from kneecore import Knee, SearchSettings, worst_case\n"
-        "str(worst_case(Knee(), SearchSettings(pop_size=20, n_generations=5)))\n"
+        "found = worst_case(Knee(), SearchSettings(pop_size=20, n_generations=5))\n"
+        "str(found), found.to_json()\n"
         "rare = ('scipy.stats', 'matplotlib', 'cloudpickle', 'distributed', 'multiprocessing')\n"
         "print([name for name in rare if name in sys.modules])\n"
     )

@@ -14,8 +14,8 @@ from results import KNEE_KEYS, SCHEMA
 from searches import searched
 
 from kneecore import FileFormatError, OutputError, ParameterSpace, SearchResult, simulate
+from kneecore.figures import search as figures_of_a_search
 from kneecore.files import folder as output
-from kneecore.files import search as files_of_a_search
 from kneecore.files.search import curves_csv
 from kneecore.report.command import command_line
 
@@ -150,7 +150,7 @@ def test_figures_that_cannot_be_drawn_cost_a_line_and_no_number(
     def no_font(_):
         raise RuntimeError("Failed to process string with tex\nbecause latex could not be found")
 
-    monkeypatch.setattr(files_of_a_search, "draw", no_font)
+    monkeypatch.setattr(figures_of_a_search, "draw", no_font)
     written = result.save(tmp_path)
     assert [path.name for path in written] == [name for name, _ in result.files(figures=False)]
     assert SearchResult.load(tmp_path).to_json() == result.to_json()
