@@ -53,10 +53,11 @@ def _not_ready(page: Page, value: Any, _rest: Any = None) -> None:
 
 def _param(page: Page, value: Asked, index: int) -> None:
     page.set_parameter(index, float(value.value))
-    _name_knee(page, OWN_KNEE)
+    name_knee(page, OWN_KNEE)
 
 
-def _name_knee(page: Page, name: str) -> None:
+def name_knee(page: Page, name: str) -> None:
+    """Let the list of knees say whose the visitor's is, if it has that name."""
     handle = page.view.knee.preset
     if name in handle.options and handle.value != name:
         handle.value = name
@@ -82,7 +83,7 @@ def choose_preset(page: Page, name: str) -> None:
     else:
         return
     page.move_to(x)
-    _name_knee(page, name)
+    name_knee(page, name)
 
 
 def _reset_all(page: Page, _value: Any) -> None:
@@ -95,36 +96,45 @@ def _reset_group(page: Page, _value: Any, group: str) -> None:
         if group == group_of(row):
             x[i] = baseline[i]
     page.move_to(x)
-    _name_knee(page, OWN_KNEE)
+    name_knee(page, OWN_KNEE)
 
 
 def _bound(page: Page, value: Asked, name: str) -> None:
-    client_id, state = value.client_id, page.state
-    live, x = page.live.on and name in _WIDTHS, state.x
+    change_bound(page, name, value.value, value.client_id)
+
+
+def change_bound(
+    page: Page, name: str, wanted: Any, client_id: int, *, in_hand: bool = False
+) -> None:
+    """Take one of the bounds; under a hand that moves it on, what takes long waits."""
+    state = page.state
+    soon, x = (page.live.on or in_hand) and name in _WIDTHS, state.x
     try:
-        state.set_bounds(with_bound(state.bounds, name, value.value), keep_surrogate=live)
+        state.set_bounds(with_bound(state.bounds, name, wanted), keep_surrogate=soon)
     except KneecoreError as error:
         page.notices.tell(client_id, "Bounds not changed", str(error))
         _mirror_bounds(page)
         return
-    if live:  # the worst case goes first; the rest waits for the hand to rest
+    if not page.live.on:
+        page.show_band(None)  # it was that of the old bounds
+    if soon:  # the worst case goes first; the rest waits for the hand to rest
         page.settle_at = time.monotonic() + _REST_SECONDS
         page.held = True
         if not np.array_equal(state.x, x):
             page.show_knee(state.x, final=True)
         return
-    page.show_band(None)  # it was that of the old bounds
+    page.show_band(None)
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
-    _settle(page, value)
+    _settle(page, None, client_id)
 
 
-def _settle(page: Page, value: Asked | None) -> None:
+def _settle(page: Page, _value: Any, client_id: int | None = None) -> None:
     """Bring sliders and surrogate to bounds that were changed."""
     page.settle_at = None
     page.mirror_sliders()
-    _refit(page, None if value is None else value.client_id)
+    _refit(page, client_id)
     show_result(page)
 
 
@@ -163,7 +173,7 @@ def load_knee(page: Page, knee: KneeFile) -> None:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
     _refit(page, None)
-    _name_knee(page, OWN_KNEE)
+    name_knee(page, OWN_KNEE)
     show_result(page)
 
 

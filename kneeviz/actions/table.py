@@ -6,6 +6,7 @@ from typing import Any
 
 from kneeviz.actions import (
     files,
+    handles,
     knee,
     landscape,
     lesson,
@@ -26,6 +27,7 @@ def _reject(page: Page, value: tuple[int, Any, str], _client: int) -> None:
 
 ACTIONS: dict[str, Callable[..., None]] = {
     **knee.ACTIONS,
+    **handles.ACTIONS,
     **view.ACTIONS,
     **search.ACTIONS,
     **live.ACTIONS,
@@ -46,7 +48,7 @@ def asked_by(value: Any) -> int | None:
 
 def moves_a_slider(key: Hashable) -> bool:
     """Tell whether what is asked under `key` changes one of the knee's parameters."""
-    return isinstance(key, tuple) and key[0] == "param"
+    return isinstance(key, tuple) and key[0] in ("param", "grab_update")
 
 
 def perform(page: Page, key: Hashable, value: Any) -> None:

@@ -115,6 +115,7 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     if client is not None:
         _place_camera(page, client, *_camera(page))
         viser_internals.watch_charts(client)
+        viser_internals.see_through(client, page.view.handles.unseen)
 
 
 def _dark(page: Page, value: Asked) -> None:

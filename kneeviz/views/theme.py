@@ -56,6 +56,8 @@ class Palette:
     mechanism: RGB
     arrow: RGB
     contact: RGB
+    handle: RGB
+    """Boxes of bounds, and the handles of circle and plateau."""
 
 
 LIGHT = Palette(
@@ -82,6 +84,7 @@ LIGHT = Palette(
     mechanism=(110, 96, 74),
     arrow=(60, 60, 60),
     contact=(255, 176, 0),
+    handle=(60, 60, 60),
 )
 DARK = Palette(
     current="#f2f2f2",
@@ -107,6 +110,7 @@ DARK = Palette(
     mechanism=(150, 105, 50),
     arrow=(250, 250, 250),
     contact=(255, 190, 40),
+    handle=(225, 225, 225),
 )
 
 

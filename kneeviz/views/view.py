@@ -18,6 +18,7 @@ from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.html.readout import legend, readout
+from kneeviz.views.scene.handles import HandleScene
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.files import FilesTab
@@ -45,6 +46,7 @@ class View:
         )
         gui.set_panel_label("kneeviz")
         self.scene = KneeScene(target.scene)
+        self.handles = HandleScene(target.scene, post)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT_WIDTH)
         self.landscape: LandscapeScene | None = None
@@ -107,6 +109,7 @@ class View:
         )
         self.scene.dark = dark
         self.scene.repaint()
+        self.handles.paint(colours)
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 

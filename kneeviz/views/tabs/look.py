@@ -4,7 +4,7 @@ from typing import Any
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box, faint
-from kneeviz.views.tabs.events import on_value
+from kneeviz.views.tabs.events import on_command, on_value
 
 MODES = {
     "Through the loads": "sweep",
@@ -28,7 +28,19 @@ class LookTab:
         self.forces = gui.add_checkbox(
             "Newtons", False, hint="Write each ligament's tension beside its name."
         )
+        self.handles = gui.add_checkbox(
+            "Handles",
+            True,
+            hint="While the motion is paused: drag a ring to move that point. Click it to see its "
+            "bound, magnified, and drag the bound's edge. Two clicks: home. Escape: as it was.",
+        )
         self.dark = gui.add_checkbox("Dark theme", False)
+        self.escape = gui.add_command(
+            "Handle: as it was",
+            description="Puts back what is being dragged; closes the magnified bound.",
+            hotkey="escape",
+        )
+        on_command(self.escape, post, "handle_escape")
         self.note = gui.add_html(
             box(
                 faint(
@@ -44,6 +56,7 @@ class LookTab:
             (self.speed, "speed"),
             (self.loop, "loop"),
             (self.forces, "forces"),
+            (self.handles, "handles"),
             (self.dark, "dark"),
         ):
             on_value(handle, post, key)
