@@ -31,6 +31,7 @@ _STRIP, _THIN_STRIP = 5.0e-3, 0.8e-3
 _DETENT = 0.06
 """Share of the half-range within which a handle is drawn home."""
 _ALMOST = 1e-9
+_FAR = 1e3  # m
 DIGITS = 2
 """Of the sliders of what has a handle, in the parameter's unit."""
 
@@ -210,13 +211,13 @@ def half_range_at(point: FloatArray, loupe: Loupe, box: Box, edge: tuple[int, in
 def on_plane(eye: Three, point: Three, depth: float) -> FloatArray | None:
     """Return where the line from `eye` through `point` meets the plane z = `depth`, shape (2,), m.
 
-    None if it does not meet it in front of the eye, or a number is not finite.
+    None if it does not meet it in front of the eye, or a number is not finite or absurd.
     """
     start, through = np.array(eye), np.array(point)
     with np.errstate(all="ignore"):
         way = through - start
         share = (depth - start[2]) / way[2]
         met: FloatArray = (start + share * way)[:2]
-    if not (np.isfinite(met).all() and share > 0.0):
+    if not (np.abs(met).max() < _FAR and share > 0.0):
         return None
     return met

@@ -13,7 +13,7 @@ from kneeviz.geometry.mechanism import LIGAMENT_DEPTH
 from kneeviz.jobs.messages import Asked, Post
 from kneeviz.views import theme
 from kneeviz.views.scene.clicks import Clicks
-from kneeviz.views.scene.nodes import add_line, lift
+from kneeviz.views.scene.nodes import LAYER, add_line, lift
 
 FloatArray = NDArray[np.float64]
 
@@ -197,7 +197,7 @@ class HandleScene:
             size = _CHOSEN_RING if i == chosen else _RING
             self._rings[i].points = lift(size * _ring(), 0.0)
         sides = np.concatenate([_sides(box) for box in boxes])
-        self._boxes.points = lift(sides, np.repeat(depths, 4))
+        self._boxes.points = lift(sides, np.repeat(depths, 4) + 2 * LAYER)
         self._draw_loupe(boxes, depths, loupe)
         self.root.visible = True
 
