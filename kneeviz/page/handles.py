@@ -64,7 +64,9 @@ def draw_handles(page: Page, pose: Pose | None) -> None:
                 n_edges=0 if box.is_fixed else 2 * len(values),
             )
     fixed = np.array([box.is_fixed for box in boxes])
-    view.draw(np.array(points), np.array(small), fixed, chosen, spatial=page.view.scene.spatial)
+    spatial = page.view.scene.spatial
+    with page.target.atomic():
+        view.draw(np.array(points), np.array(small), fixed, chosen, spatial=spatial)
 
 
 def _text(page: Page, handle: Handle, box: Box, gain: float) -> str:

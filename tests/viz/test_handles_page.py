@@ -12,6 +12,7 @@ from viz.websocket_client import WebSocketClient
 import kneecore
 from kneecore import NAMES
 from kneeviz.geometry.handles import BY_NAME, HANDLES, RADIUS, SLOPE
+from kneeviz.page import animation
 from kneeviz.page.handles import loupe_of
 from kneeviz.state.handles import bound_now, box_of, values_of
 from kneeviz.views.scene.handles import depth_of
@@ -62,6 +63,12 @@ class Hand:
     @property
     def values(self):
         return values_of(self.page.state, self.handle).tolist()
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    """Let a knee turn into another without the time that looks good."""
+    monkeypatch.setattr(animation, "_MORPH_SECONDS", 1e-3)
 
 
 @pytest.fixture

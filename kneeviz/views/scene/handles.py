@@ -19,9 +19,13 @@ FloatArray = NDArray[np.float64]
 
 _HIT, _RING, _CHOSEN_RING = 0.0095, 0.0021, 0.0032
 """m: radius of what a finger can hit, and of the ring that is seen, unless it is chosen."""
-_IN_FRONT, _NEARER = 0.020, 0.010
-"""m: depth of the handles in the flat view, and how much nearer the chosen one is: it is hit first,
-as of the others, which are spheres, the nearest in the picture."""
+_IN_FRONT = 0.020
+"""m: depth of the handles in the flat view."""
+_LENS = 0.1
+"""Share of its breadth that a hit's depth is: of lenses that overlap, the one whose middle is
+nearest in the picture is in front, and is hit."""
+_EDGE_NEARER, _CHOSEN_NEARER = 1.2e-3, 1.6e-3
+"""m: how much nearer a loupe's edges are than the other handles, and the chosen one itself."""
 _EDGE_BREADTH, _GRIP = 0.007, 0.005
 _EDGES = ((0, -1), (0, 1), (1, -1), (1, 1))
 _EDGE_CORNERS = ((3, 0), (1, 2), (0, 1), (2, 3))
@@ -106,6 +110,7 @@ class HandleScene:
         hit = self._scene.add_icosphere(
             f"/handles/{handle.name}",
             _HIT,
+            scale=(1.0, 1.0, _LENS),
             subdivisions=2,
             opacity=0.0,
             cast_shadow=False,
@@ -190,7 +195,7 @@ class HandleScene:
         chosen = None if loupe is None else loupe.number
         depths = [depth_of(handle, spatial) for handle in HANDLES]
         for i, handle in enumerate(HANDLES):
-            nearer = _NEARER if i == chosen and not spatial else 0.0
+            nearer = _CHOSEN_NEARER if i == chosen else 0.0
             self.hits[i].position = (*points[i], depths[i] + nearer)
             colour = self._colours.slack if fixed[i] else self._colour(handle)
             self._rings[i].colors = theme.handle_colour(colour)
@@ -230,6 +235,6 @@ class HandleScene:
         bar = self.edges[number]
         bar.dimensions = (max(length, 2.0 * _GRIP), _EDGE_BREADTH, 0.001)
         bar.wxyz = (np.cos(turn), 0.0, 0.0, np.sin(turn))
-        bar.position = (*middle, depth)
+        bar.position = (*middle, depth + _EDGE_NEARER)
         half = min(_GRIP, 0.5 * length) * along / max(length, 1e-9)
         return np.array([middle - half, middle + half])
