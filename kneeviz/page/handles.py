@@ -18,7 +18,7 @@ from kneeviz.geometry.mechanism import Pose
 from kneeviz.page.page import Page
 from kneeviz.state.handles import bound_name, box_of, scales, values_of, why_fixed
 from kneeviz.views.html.pieces import number
-from kneeviz.views.scene.handles import LoupeShown
+from kneeviz.views.scene.loupe import LoupeShown
 
 FloatArray = NDArray[np.float64]
 
