@@ -110,7 +110,7 @@ DARK = Palette(
     mechanism=(150, 105, 50),
     arrow=(250, 250, 250),
     contact=(255, 190, 40),
-    handle=(225, 225, 225),
+    handle=(30, 115, 135),
 )
 
 
