@@ -131,12 +131,16 @@ def test_every_handle_stops_at_its_bound_and_is_drawn_home(page, visitor, hand):
 def test_a_tibial_handle_is_read_at_the_pose_when_it_was_taken(page, visitor, hand):
     own = Hand(page, visitor, "lcl_tibia")
     own.take()
-    frame = page.handles.grabs["lcl_tibia"].loupe.directions
+    loupe = page.handles.grabs["lcl_tibia"].loupe
     home = box_of(page.state, own.handle).home
     own.to(*(home + [0.6 * MM, -0.4 * MM]))
     eventually(lambda: own.values != home.tolist())
     np.testing.assert_allclose(own.values, home + [0.6 * MM, -0.4 * MM], atol=1e-12)
-    eventually(lambda: abs(page.poses[0].flexion - math.acos(frame[0, 0])) > 1e-3)
+    turn = math.acos(loupe.directions[0, 0])
+    eventually(lambda: abs(page.poses[0].flexion - turn) > 1e-3)
+    stands = page.view.handles.hits[HANDLES.index(own.handle)]
+    under_the_hand = loupe.at(np.array(own.values))
+    eventually(lambda: np.allclose(stands.position[:2], under_the_hand, atol=1e-7))
     own.let_go(*(home + [0.6 * MM, -0.4 * MM]))
     np.testing.assert_allclose(own.values, home + [0.6 * MM, -0.4 * MM], atol=1e-12)
 
