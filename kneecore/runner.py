@@ -114,6 +114,11 @@ class Runner(Box):
         return model
 
     @property
+    def run_options(self) -> RunOptions:
+        """How its runs are done; see `with_runs`."""
+        return self._options
+
+    @property
     def failures(self) -> "tuple[Failure, ...]":
         """The runs that failed until now, the first thousand: inputs, message, where files are.
 

@@ -1,4 +1,4 @@
-"""The command ``python -m kneeviz``: the knee in the browser.
+"""The command ``python -m kneeviz``: the knee, or a model of one's own, in the browser.
 
 viser, numba and the rest are imported only after the options are read, so that ``--help`` and a
 wrong option answer at once.
@@ -32,7 +32,7 @@ _Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Show the knee in the browser: sliders, live curves, and the worst-case search.
+    """Show the knee, or a model of your own, in the browser: sliders, live curves, worst cases.
 
     The packaged baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose
     parameter table is not available.
@@ -45,6 +45,9 @@ class Options:
     """Port to listen on. Unset: 8080, or the next free one."""
     baseline: _File = None
     """A knee file (TOML) to start from instead of the packaged baseline."""
+    model: _File = None
+    """A model of your own (TOML) in the knee's place: inputs, outputs, and a function or a program.
+    It names code that is run."""
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
     shared: bool = False
@@ -132,13 +135,18 @@ def chosen_token(options: Options) -> str | bool | None:
 
 def start(options: Options) -> "App":
     """Read the files, choose the port and start the server."""
-    from kneecore import ParameterError, read_knee
+    from kneecore import Model, ParameterError, read_knee
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    if options.model is not None and options.baseline is not None:
+        raise ParameterError(
+            f"`baseline` is {options.baseline!r}; it is the knee's, and with `model` there is none"
+        )
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
     knee = None if options.baseline is None else read_knee(options.baseline)
+    model = None if options.model is None else Model.from_file(options.model)
     result = None
     if options.result is not None:
         from kneecore import SearchResult
@@ -146,13 +154,15 @@ def start(options: Options) -> "App":
         result = SearchResult.load(options.result)
     from kneeviz.server.kernels import KernelWarmUp
 
-    kernels = KernelWarmUp()  # at a first start they are compiled while viser is imported
+    # At a first start they are compiled while viser is imported.
+    kernels = KernelWarmUp() if model is None else None
     from kneeviz.server.app import App
 
     app = App(
         host=options.host,
         port=port,
         knee=knee,
+        model=model,
         result=result,
         shared=not options.per_visitor,
         token=token,

@@ -98,7 +98,8 @@ def _draw(page: Page) -> None:
     view.landscape.paint(colours)
     title = height_title(show.height)
     with page.target.atomic():
-        view.landscape.draw(shown, title=title, zoom=show.zoom)
+        labels = (with_unit(shown.names[0]), with_unit(shown.names[1]))
+        view.landscape.draw(shown, title=title, labels=labels, zoom=show.zoom)
     view.study.key.content = landscape_key(
         show.found[1], shown, show.height, colours, zoom=show.zoom
     )

@@ -16,7 +16,6 @@ CENTRE = (-0.031, -0.014, 0.0)
 """Middle of the box, m: where the knee stands otherwise."""
 SIDE, HEIGHT = 0.124, 0.115
 """Edges of the box's floor and its height, m."""
-_LEAST_SPAN = 1.0  # deg; a flat sheet is no mountain of rounding errors
 _MESH_LINES = 9  # lines along each parameter that a sheet shows
 
 
@@ -38,6 +37,11 @@ class Box:
     high: float
     step: float
     """Between two numbers on the upright axis, deg."""
+
+    @property
+    def digits(self) -> int:
+        """Decimals of the numbers on the upright axis."""
+        return max(int(np.ceil(-np.log10(self.step) - 1e-9)), 0)
 
     @property
     def ticks(self) -> list[float]:
@@ -84,7 +88,7 @@ def box_around(shown: Picture, *, zoom: bool) -> Box:
         values.append(shown.training[:, 2])
     every = np.concatenate(values)
     low, high = float(np.nanmin(every)), float(np.nanmax(every))
-    spare = max(_LEAST_SPAN - (high - low), 0.0)
+    spare = max(shown.least_span - (high - low), 0.0)
     low, high = low - 0.5 * spare, high + 0.5 * spare
     step = nice_step(high - low, 5)
     low, high = step * np.floor(low / step + 1e-9), step * np.ceil(high / step - 1e-9)

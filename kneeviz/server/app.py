@@ -4,21 +4,18 @@ import contextlib
 import io
 import logging
 from collections.abc import Sequence
+from typing import Any
 
 import viser
 
-import kneecore
-from kneecore import KneeFile, SearchResult
+from kneecore import KneeFile, Model, ParameterError, SearchResult
 from kneeviz import viser_broadcast, viser_internals
-from kneeviz.actions.result import take_result
 from kneeviz.jobs import uploads
-from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
+from kneeviz.server.pages import KneePages, ModelPages, Pages, Served
 from kneeviz.server.seats import NoRoom, Seats
-from kneeviz.server.session import Session
-from kneeviz.state import results
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -35,6 +32,8 @@ class App:
         Where to listen; 0 takes a free port, a busy one moves on to the next.
     knee : KneeFile, optional
         The baseline; the packaged one for None.
+    model : Model, optional
+        A model of one's own in the knee's place.
     result : SearchResult, optional
         A search's result to open with.
     shared : bool
@@ -50,7 +49,7 @@ class App:
     Raises
     ------
     ParameterError
-        If `result` is of a model that is no knee.
+        If `result` is of another model, or both a knee and a model are given.
     """
 
     def __init__(
@@ -59,14 +58,20 @@ class App:
         host: str = "127.0.0.1",
         port: int = 8080,
         knee: KneeFile | None = None,
+        model: Model | None = None,
         result: SearchResult | None = None,
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
         kernels: KernelWarmUp | None = None,
     ) -> None:
-        self._knee = kneecore.packaged_knee() if knee is None else knee
-        self._result = None if result is None else results.of_knees(result)
+        self._pages: Pages
+        if model is None:
+            self._pages = KneePages(knee, result, kernels)
+        elif knee is not None:
+            raise ParameterError("`knee` and `model` are given; only one of them is allowed")
+        else:
+            self._pages = ModelPages(model, result)
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
@@ -78,14 +83,13 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up = KernelWarmUp() if kernels is None else kernels
-        self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
-        self._common: dict[int | None, Session] = {}
+        self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._pages.end)
+        self._common: dict[int | None, Served] = {}
         if shared:
-            self._common[None] = self._new_session(self.server, self.server.get_clients)
+            self._common[None] = self._pages.made(self.server, self.server.get_clients)
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
-        self.warm_up.start()
+        self._pages.start()
 
     @property
     def url(self) -> str:
@@ -98,25 +102,25 @@ class App:
         return self.gate.warning(self.server.get_port())
 
     @property
-    def sessions(self) -> dict[int | None, Session]:
+    def sessions(self) -> dict[int | None, Served]:
         """The sessions by their client's number; the shared one's is None."""
         return self._common | dict(self.seats.made.items())
 
     @property
-    def session(self) -> Session:
+    def session(self) -> Served:
         """The shared session."""
         return self._common[None]
 
     @property
-    def page(self) -> Page:
-        """The shared session's page."""
+    def page(self) -> Any:
+        """The shared session's page: a `Page`, or a `ModelPage` where there is a model."""
         return self.session.page
 
     def stop(self) -> None:
         """End all sessions and free the port."""
         self.seats.close()
         for session in self._common.values():
-            self._end(session)
+            self._pages.end(session)
         self._common = {}
         uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
@@ -125,23 +129,14 @@ class App:
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
         first.fov = float(camera.FIELD_OF_VIEW)
-        first.position = camera.knee_position(False)
-        first.look_at = camera.CENTRE
+        first.position, first.look_at = self._pages.camera
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
-    def _new_session(self, target: Target, clients: Clients) -> Session:
-        session = Session(target, self._knee, clients)
-        if self._result is not None:
-            take_result(session.page, self._result)
-        session.start()
-        self.warm_up.tell(session.post)
-        return session
-
-    def _session_of(self, client: viser.ClientHandle) -> Session | None:
+    def _session_of(self, client: viser.ClientHandle) -> Served | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._new_session(client, lambda: {client.client_id: client})
+        return self._pages.made(client, lambda: {client.client_id: client})
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
@@ -162,7 +157,3 @@ class App:
     def _leave(self, client: viser.ClientHandle) -> None:
         if not self.shared:
             self.seats.leave(client.client_id)
-
-    def _end(self, session: Session) -> None:
-        self.warm_up.forget(session.post)
-        session.stop()

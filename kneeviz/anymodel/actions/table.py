@@ -1,0 +1,42 @@
+"""What can be asked of a model's page, by name. Runs on the session's worker."""
+
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+from kneeviz.anymodel.actions import files, inputs, look, search, study
+from kneeviz.anymodel.page import ModelPage
+from kneeviz.jobs.messages import Asked
+
+
+def _reject(page: ModelPage, value: tuple[int, Any, str], _client: int) -> None:
+    client_id, handle, fault = value
+    page.notices.complain(client_id, handle, fault, now=time.monotonic())
+
+
+def _dark(page: ModelPage, value: Asked) -> None:
+    page.view.repaint(bool(value.value))
+    search.write_result(page)
+    study.write_influence(page)
+    study.draw_landscape(page)
+    page.touched = True
+
+
+ACTIONS: dict[str, Callable[..., None]] = {
+    **inputs.ACTIONS,
+    **search.ACTIONS,
+    **study.ACTIONS,
+    **files.ACTIONS,
+    **look.ACTIONS,
+    "dark": _dark,
+    "reject": _reject,
+}
+"""By the name that is posted. Each gets the page, the posted value, and the rest of the key."""
+
+
+def perform(page: ModelPage, key: Hashable, value: Any) -> None:
+    """Do what was asked under `key`; `value` is an `Asked` for what came from a browser."""
+    name, *rest = key if isinstance(key, tuple) else (key,)
+    if isinstance(value, Asked) and name != "reject":
+        page.notices.withdraw(value.client_id, value.handle)
+    ACTIONS[name](page, value, *rest)
