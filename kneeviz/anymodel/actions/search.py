@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from kneecore import KneecoreError, SearchResult
-from kneecore.report.search import objective_text
 from kneecore.search.training import surrogate_through
 from kneeviz.anymodel import work
 from kneeviz.anymodel.page import ModelPage
@@ -50,7 +49,7 @@ def _progress(page: ModelPage, news: JobProgress) -> None:
         tab.progress.value = 100.0 * first + (1.0 - first) * news.percent
     if news.best is not None:
         state.rising.append(news.best)
-        best = f"Best f so far: <b>{escape(objective_text(state.model, news.best))}</b>"
+        best = f"Best f so far: <b>{words.told(news.best, state.model.objective_unit)}</b>"
         tab.rising.content = box(best + sparkline(state.rising, page.view.colours.current))
 
 

@@ -11,7 +11,7 @@ from kneeviz.views import theme
 from kneeviz.views.scene.nodes import LAYER, add_line, lift
 
 _NAMES = ("own", "worst_1", "worst_2")
-_WIDTHS = (3.5, 2.5, 2.5)
+_WIDTHS = (3.0, 2.5, 2.5)
 _DEPTHS = (12 * LAYER, 4 * LAYER, 8 * LAYER)
 _LABEL_SHIFT = 0.004
 
@@ -68,6 +68,6 @@ class PictureScene:
             self._labels.append(self._scene.add_label(name, "", anchor="bottom-left"))
         for label, (text, at) in zip(self._labels, known, strict=False):
             label.text = text
-            label.position = (float(at[0]) + _LABEL_SHIFT, float(at[1]), 20 * LAYER)
+            label.position = (float(at[0]) + _LABEL_SHIFT, float(at[1]) + _LABEL_SHIFT, 20 * LAYER)
         for k, label in enumerate(self._labels):
             label.visible = k < len(known)

@@ -46,7 +46,9 @@ class StudyTab:
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
         self._add_landscape(gui, state)
-        self.band = gui.add_checkbox("Band", True, visible=False, hint="Behind the curves.")
+        self.band = gui.add_checkbox(
+            "Show the band", True, visible=False, hint="Behind the curves."
+        )
         self.sampled = gui.add_html("")
         self._add_settings(gui)
         self._connect(post)

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from kneecore import Input, MonteCarloResult, SearchResult
 from kneecore.report.influence import answer
-from kneecore.report.search import objective_text
 from kneecore.report.tables import with_unit
 from kneeviz.anymodel.curves import Curves
 from kneeviz.anymodel.state import ModelState
@@ -35,6 +34,12 @@ def _minus(text: str) -> str:
 def short(value: float) -> str:
     """Return a number of any size in four digits."""
     return _minus(f"{value:.4g}") if np.isfinite(value) else "\u2013"
+
+
+def told(value: float, unit: str, digits: int = 4) -> str:
+    """Return a number of any size with its unit, escaped."""
+    text = _minus(f"{value:.{digits}g}") if np.isfinite(value) else "\u2013"
+    return escape(with_unit(text, unit))
 
 
 def duration(seconds: float) -> str:
@@ -116,35 +121,26 @@ def error_line(state: ModelState, shown: Curves) -> str:
     trained = state.surrogate
     if trained is None or shown.predicted is None:
         return ""
-    told = []
+    parts = []
     if state.is_here and state.last is not None and state.last.y is not None:
         unit = state.model.objective_unit
         gap = np.abs(shown.predicted - state.last.y)
         if np.isfinite(gap).any():
-            told.append(
-                f"Surrogate\u2019s error here: at most "
-                f"<b>{escape(with_unit(short(float(np.nanmax(gap))), unit))}</b>."
-            )
+            worst = told(float(np.nanmax(gap)), unit, 2)
+            parts.append(f"Surrogate\u2019s error here: at most <b>{worst}</b>.")
     if trained.loo_rms is not None:
-        told.append(
-            faint(
-                f"Expected from its {len(trained.training_x)} runs: "
-                f"{escape(objective_text(state.model, trained.loo_rms))} (rms)."
-            )
-        )
-    return box(" ".join(told))
+        rms, n = told(trained.loo_rms, state.model.objective_unit, 2), len(trained.training_x)
+        parts.append(faint(f"Expected from its {n:,} runs: {rms} (rms)."))
+    return box(" ".join(parts))
 
 
 def held(inputs: Sequence[Input]) -> str:
     """Return which inputs do not vary."""
     if not inputs:
         return ""
-    told = [
-        f"{escape(i.name)} = {short(i.shown(i.lower))} {escape(i.label)}".rstrip()
-        for i in inputs[:_MOST_NAMES]
-    ]
+    names = [f"{escape(i.name)} = {told(i.shown(i.lower), i.label)}" for i in inputs[:_MOST_NAMES]]
     more = len(inputs) - _MOST_NAMES
-    return box(faint("Held: " + ", ".join(told) + (f" and {more} more" if more > 0 else "") + "."))
+    return box(faint("Held: " + ", ".join(names) + (f" and {more} more" if more > 0 else "") + "."))
 
 
 def cost(state: ModelState, n_runs: int) -> str:
@@ -175,12 +171,12 @@ def objective_line(result: SearchResult) -> str:
     """Return f in the model and in the surrogate, never one without the other."""
     model = "not known (the model failed there)"
     if result.objective_model is not None:
-        model = objective_text(result.model, result.objective_model)
+        model = told(result.objective_model, result.model.objective_unit)
     if result.objective_surrogate is None:
-        return f"{_F} = <b>{escape(model)}</b>, in the model."
-    surrogate = objective_text(result.model, result.objective_surrogate)
+        return f"{_F} = <b>{model}</b>, in the model."
+    surrogate = told(result.objective_surrogate, result.model.objective_unit)
     gap = "" if result.gap_percent is None else f" (gap {_minus(f'{result.gap_percent:.1f}')} %)"
-    return f"{_F}: surrogate {escape(surrogate)}, model <b>{escape(model)}</b>{gap}."
+    return f"{_F}: surrogate {surrogate}, model <b>{model}</b>{gap}."
 
 
 def differences(result: SearchResult, colours: theme.Palette) -> str:
@@ -192,8 +188,8 @@ def differences(result: SearchResult, colours: theme.Palette) -> str:
     head = ("", coloured("model 1", colours.model_1), coloured("model 2", colours.model_2))
     rows = [
         (
-            _named(model.columns[k].title, model.columns[k].output.unit),
-            *(short(float(v)) for v in result.y[:, k]),
+            escape(model.columns[k].title),
+            *(told(float(v), model.columns[k].output.unit) for v in result.y[:, k]),
         )
         for k in order
         if size[k] > 0.0
@@ -211,8 +207,8 @@ def _opposite(result: SearchResult) -> str:
     if not names:
         return "No input lies at opposite bounds in the two."
     more = len(names) - _MOST_NAMES
-    told = ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-    return f"At opposite bounds ({len(names)}): {told}."
+    listed = ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    return f"At opposite bounds ({len(names)}): {listed}."
 
 
 def sampled(study: MonteCarloResult) -> str:
@@ -292,8 +288,8 @@ def landscape_key(state: ModelState, shown: Picture, colours: theme.Palette) -> 
             lines.append(f"{swatch(colours.baseline, 'dotted')}the runs that it learned from")
     if found.error is not None and np.isfinite(found.error[..., state.column]).any():
         worst = float(np.nanmax(np.abs(found.error[..., state.column])))
-        told = escape(with_unit(short(worst), shown.unit))
-        lines.append(f"Surrogate against model: at most <b>{told}</b> off on this slice.")
+        off = told(worst, shown.unit, 2)
+        lines.append(f"Surrogate against model: at most <b>{off}</b> off on this slice.")
     if not np.array_equal(found.x, state.x):
         lines.append("<b>The other inputs have moved since.</b>")
     return box("<br>".join(lines))
