@@ -12,7 +12,7 @@ _FEW = 10
 _FOLDER = 8
 _STEPS = 500
 """Steps of a slider, at least."""
-_SMALL, _LARGE = 1e-3, 1e6
+_SMALL, _LARGE = 1e-2, 1e6
 _RAISED = str.maketrans(
     "-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"
 )

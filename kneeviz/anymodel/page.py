@@ -139,6 +139,8 @@ class ModelPage:
         """Offer what a slow model needs, and say what runs cost."""
         state, view = self.state, self.view
         view.running.run.visible = state.slow
+        if state.slow and state.seconds is not None:
+            view.running.run.label = f"Run the model here ({words.duration(state.seconds)})"
         view.search.cost.content = words.cost(state, view.search.n_runs)
         self.touched = True
 
@@ -149,7 +151,8 @@ class ModelPage:
         shown, colours = curves_of(state), view.colours
         with self.target.atomic():
             view.legend.content = words.legend(state, shown, colours)
-            view.charts.update(shown)
+            for chart in view.all_charts:
+                chart.update(shown)
             view.numbers.content = words.numbers(state, view.single, shown, colours)
             view.error.content = words.error_line(state, shown)
             view.comparison.content = words.comparison(state, colours)

@@ -52,6 +52,7 @@ def _reset_view(page: ModelPage, value: Asked) -> None:
 
 def _chart(page: ModelPage, _value: Any) -> None:
     page.view.charts.show_chosen()
+    page.touched = True
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

@@ -163,11 +163,14 @@ def _band(page: ModelPage, value: Asked) -> None:
 def _column(page: ModelPage, value: Asked) -> None:
     labels = column_labels(page.state)
     page.state.column = labels.index(value.value)
-    for handle in (page.view.study.height, page.view.influence.column):
+    view = page.view
+    profile = [] if view.profile is None else [view.profile.column]
+    for handle in (view.study.height, view.influence.column, *profile):
         if handle.value != value.value:
             handle.value = value.value
     write_influence(page)
     draw_landscape(page)
+    page.touched = True
 
 
 def write_influence(page: ModelPage) -> None:

@@ -116,16 +116,6 @@ class Charts:
         for name, chart in zip(self._names, self.charts, strict=True):
             chart.handle.visible = name == self.choice.value
 
-    def repaint(self, colours: theme.Palette) -> None:
-        """Take the colours of a theme."""
-        for chart in self.charts:
-            chart.repaint(colours)
-
-    def update(self, shown: Curves) -> None:
-        """Draw what is known of all outputs."""
-        for chart in self.charts:
-            chart.update(shown)
-
 
 def with_unit(name: str, unit: str) -> str:
     """Return a name with its unit in brackets."""

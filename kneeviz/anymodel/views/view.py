@@ -9,8 +9,9 @@ from kneeviz.anymodel.views.charts import Charts
 from kneeviz.anymodel.views.files import FilesTab
 from kneeviz.anymodel.views.inputs import InputsTab
 from kneeviz.anymodel.views.picture import PictureScene
+from kneeviz.anymodel.views.profile import ProfileChart
 from kneeviz.anymodel.views.search import SearchTab
-from kneeviz.anymodel.views.study import InfluenceTab, StudyTab
+from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
 from kneeviz.views.html.pieces import box, escape, faint, status
@@ -18,8 +19,8 @@ from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
-WIDE = 936
-"""px of the charts where there is no picture and a window of 1280."""
+WIDE = 818
+"""px of the charts where there is no picture; viser keeps 120 px between the panels."""
 
 
 @dataclass(kw_only=True)
@@ -71,6 +72,10 @@ class ModelView:
             self.charts = Charts(gui, self.colours, self.curves, wide=not self.has_picture)
             if self.charts.choice is not None:
                 on_value(self.charts.choice, post, "chart")
+            self.profile: ProfileChart | None = None
+            if not self.curves:
+                labels = column_labels(state)
+                self.profile = ProfileChart(gui, post, self.colours, state, labels)
             self.numbers = gui.add_html("")
             self.error = gui.add_html("")
         with self.left.add_tab("Compare"):
@@ -79,6 +84,11 @@ class ModelView:
             self.influence = InfluenceTab(gui, post, state)
         self.left.dock_left()
         self.set_wide(not self.has_picture)
+
+    @property
+    def all_charts(self) -> list[Any]:
+        """The charts of the outputs."""
+        return [*self.charts.charts, *([] if self.profile is None else [self.profile])]
 
     def set_wide(self, wide: bool) -> None:
         """Let the charts take the picture's place, or make room for it."""
@@ -126,7 +136,8 @@ class ModelView:
         """Change between the light and the dark theme."""
         self.dark = dark
         self._theme(self._gui)
-        self.charts.repaint(self.colours)
+        for chart in self.all_charts:
+            chart.repaint(self.colours)
         if self.landscape is not None:
             self.landscape.paint(self.colours)
 

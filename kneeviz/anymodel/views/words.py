@@ -88,25 +88,24 @@ def numbers(
     """Return the outputs that are single numbers, side by side."""
     if not columns:
         return ""
-    own, hue = (shown.last, "last run") if state.slow else (shown.own, "model")
+    own, label = (shown.last, "last run") if state.slow else (shown.own, "model")
     entries = [
         ("nominal", colours.baseline, shown.nominal),
-        (hue, colours.current, own),
+        (label, colours.current, own),
         ("surrogate", colours.surrogate, shown.predicted),
         ("model 1", colours.model_1, shown.one),
         ("model 2", colours.model_2, shown.two),
     ]
-    known = [(label, colour, y) for label, colour, y in entries if y is not None]
-    head = ("", *(coloured(label, colour) for label, colour, _ in known))
+    known = [(label, hue, y) for label, hue, y in entries if y is not None]
+    band = [faint("99.7 %")] if shown.low is not None else []
+    head = ("", *(coloured(label, hue) for label, hue, _ in known), *band)
     rows = []
     for k in columns[:_MOST_NUMBERS]:
         one = state.model.columns[k]
-        rows.append(
-            (_named(one.label, one.output.unit), *(short(float(y[k])) for _, _, y in known))
-        )
+        cells = [short(float(y[k])) for _, _, y in known]
         if shown.low is not None and shown.high is not None:
-            low, high = (short(float(v[k])) for v in (shown.low, shown.high))
-            rows.append((faint("99.7 % of the samples"), *([""] * (len(known) - 2)), low, high))
+            cells.append(faint(f"{short(float(shown.low[k]))} to {short(float(shown.high[k]))}"))
+        rows.append((_named(one.label, one.output.unit), *cells))
     more = len(columns) - _MOST_NUMBERS
     rest = faint(f"and {more} more, in the files") if more > 0 else ""
     return box(table(head, rows) + rest)
@@ -121,15 +120,16 @@ def error_line(state: ModelState, shown: Curves) -> str:
     trained = state.surrogate
     if trained is None or shown.predicted is None:
         return ""
-    parts = []
+    model, parts = state.model, []
+    unit, scaled = model.objective_unit, any(o.scale is not None for o in model.outputs)
+    of_scale = " of the outputs\u2019 scales" if scaled else ""
     if state.is_here and state.last is not None and state.last.y is not None:
-        unit = state.model.objective_unit
-        gap = np.abs(shown.predicted - state.last.y)
+        gap = model.weights() * np.abs(shown.predicted - state.last.y)
         if np.isfinite(gap).any():
             worst = told(float(np.nanmax(gap)), unit, 2)
-            parts.append(f"Surrogate\u2019s error here: at most <b>{worst}</b>.")
-    if trained.loo_rms is not None:
-        rms, n = told(trained.loo_rms, state.model.objective_unit, 2), len(trained.training_x)
+            parts.append(f"Surrogate\u2019s error here: at most <b>{worst}</b>{of_scale}.")
+    if trained.loo_rms is not None and not scaled:
+        rms, n = told(trained.loo_rms, unit, 2), len(trained.training_x)
         parts.append(faint(f"Expected from its {n:,} runs: {rms} (rms)."))
     return box(" ".join(parts))
 
