@@ -1,5 +1,6 @@
 """From outputs to what charts draw: curves over an output's axis, and single numbers. Pure."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -82,7 +83,7 @@ class Place:
     def logarithmic(self) -> bool:
         """Whether the axis is better drawn by powers of ten."""
         low, high = float(self.axis[0]), float(self.axis[-1])
-        return low > 0.0 and np.log10(high / low) >= _DECADES
+        return low > 0.0 and math.log10(high / low) >= _DECADES
 
 
 def places(model: Model) -> tuple[list[Place], list[int]]:

@@ -105,4 +105,4 @@ def folders(all_: Sequence[Dial]) -> list[tuple[str, Sequence[Dial]]]:
     if len(all_) <= _FEW:
         return [("", all_)]
     parts = [all_[first : first + _FOLDER] for first in range(0, len(all_), _FOLDER)]
-    return [(f"{p[0].name} \u2013 {p[-1].name}" if len(p) > 1 else p[0].name, p) for p in parts]
+    return [(f"{p[0].name} to {p[-1].name}" if len(p) > 1 else p[0].name, p) for p in parts]

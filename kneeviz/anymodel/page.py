@@ -23,7 +23,7 @@ from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
 from kneeviz.page.notices import Notices
 from kneeviz.page.page import Clients, Target
-from kneeviz.views.html.pieces import escape
+from kneeviz.views.html.pieces import escape, sentence
 
 FloatArray = NDArray[np.float64]
 
@@ -53,10 +53,12 @@ class ModelPage:
         self.frame: Frame | None = None
         self.touched = True
         """Whether the page shows something older than what is known."""
-        self.trouble: str | None = None
-        """What is wrong with the last run or picture, if anything is."""
+        self.troubles: dict[str, str] = {}
+        """What is wrong now, the latest last: by what it is with, and why."""
         self.moved_at: float = -math.inf
         """When a slider was last moved, s of `time.monotonic`."""
+        self.told_running: bool = False
+        """Whether the page says that the model is run."""
         self.after_learning: bool = False
         """Whether a search is to begin as soon as the learning has ended."""
 
@@ -78,13 +80,19 @@ class ModelPage:
         """Write the status line; `text` must be escaped."""
         self.view.say(text, kind)
 
-    def tell_trouble(self, text: str | None) -> None:
-        """Say what is wrong with the model, in one line, or that it is over."""
+    def tell_trouble(self, what: str, text: str | None) -> None:
+        """Say what is wrong with the run, the surrogate or the picture, or that it is over."""
+        had = bool(self.troubles)
+        self.troubles.pop(what, None)
         if text is not None:
-            self.say(f"{escape(text[:500])} The last good state stays.", "bad")
-        elif self.trouble is not None:
+            self.troubles[what] = text
+        if self.troubles:
+            latest, why = list(self.troubles.items())[-1]
+            told = sentence(f"{latest}: {why[:500]}")
+            stays = "" if self.state.last is None else " The last good state stays."
+            self.say(escape(told) + stays, "bad")
+        elif had:
             self.say("Ready.")
-        self.trouble = text
 
     # The sliders' point.
 
@@ -141,7 +149,9 @@ class ModelPage:
         view.running.run.visible = state.slow
         if state.slow and state.seconds is not None:
             view.running.run.label = f"Run the model here ({words.duration(state.seconds)})"
-        view.search.cost.content = words.cost(state, view.search.n_runs)
+        view.search.cost.content = words.cost(state, {"At most": view.search.n_runs})
+        studies = {} if view.study.in_surrogate else view.study.n_runs(state.model.n_free)
+        view.study.cost.content = words.cost(state, studies)
         self.touched = True
 
     def draw(self) -> None:

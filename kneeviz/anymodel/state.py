@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,11 +53,15 @@ class ModelState:
     """Whether what was sampled is drawn behind the curves."""
     column: int = 0
     """The output that influence and landscape show."""
+    landscape_seconds: float = 0.0
+    """What it took."""
     landscape_shown: bool = False
     in_surrogate: bool = False
     """Whether the landscape is that of the surrogate alone."""
     job: Job | None = None
     """The long computation that goes on: one at a time, for they share the model's processes."""
+    job_began: float = 0.0
+    """When it began, s of `time.monotonic`."""
     rising: list[float] = field(default_factory=list)
     _seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_MEASURED))
 
@@ -69,8 +72,8 @@ class ModelState:
 
     @property
     def seconds(self) -> float | None:
-        """What a run takes, s; None before the first."""
-        return median(self._seconds) if self._seconds else None
+        """What a run takes undisturbed by others, s; None before the first."""
+        return min(self._seconds, default=None)
 
     @property
     def fast(self) -> bool:
@@ -104,8 +107,8 @@ class ModelState:
 
     def take(self, ran: Ran) -> None:
         """Take what became of a run in."""
-        if not ran.cancelled:
-            self._seconds.append(ran.seconds)
+        if ran.y is not None or not (ran.cancelled or self._seconds):
+            self._seconds.append(ran.seconds)  # a failure tells little of what others take
         if ran.y is None:
             return
         self.last = ran

@@ -24,14 +24,18 @@ def _home(page: ModelPage, _value: Any) -> None:
 
 
 def _run_here(page: ModelPage, _value: Any) -> None:
-    page.view.running.cancel.visible = True
-    page.say("Running the model …", "busy")
+    _tell_running(page, "Running the model …")
     page.runs.ask(page.state.x)
 
 
 def _running(page: ModelPage, seconds: float) -> None:
+    _tell_running(page, f"Running the model … {seconds:.0f} s")
+
+
+def _tell_running(page: ModelPage, text: str) -> None:
+    page.told_running = True
     page.view.running.cancel.visible = True
-    page.say(f"Running the model … {seconds:.0f} s", "busy")
+    page.say(text, "busy")
 
 
 def _run_cancel(page: ModelPage, _value: Any) -> None:
@@ -43,14 +47,14 @@ def _run_cancel(page: ModelPage, _value: Any) -> None:
 def _ran(page: ModelPage, ran: Ran) -> None:
     state, first = page.state, page.state.seconds is None
     state.take(ran)
-    was_busy = page.view.running.cancel.visible
+    was_told, page.told_running = page.told_running, False
     page.view.running.cancel.visible = state.job is not None and state.job.kind == "learn"
     page.show_pace()
     if ran.cancelled:
         page.say("The run was cancelled; the last one stands.")
         return
-    page.tell_trouble(None if ran.why is None else f"The model: {ran.why}.")
-    if ran.why is None and (first or was_busy):
+    page.tell_trouble("The model", ran.why)
+    if not page.troubles and (first or was_told):
         page.say("Ready.")
     if first:
         _begin(page)
@@ -80,7 +84,7 @@ def learn(page: ModelPage) -> None:
     running.learn.disabled = True
     running.progress.value, running.progress.visible = 0.0, True
     running.cancel.visible = True
-    if page.trouble is None:
+    if not page.troubles:
         page.say("Learning a surrogate …", "busy")
     state.job.start()
 
@@ -106,12 +110,13 @@ def _learn_done(page: ModelPage, news: JobDone) -> None:
     running.learn.visible = news.result is None
     if news.result is not None:
         state.surrogate = news.result
+        page.tell_trouble("No surrogate", None)
     if page.after_learning:
         page.after_learning = False
         page.post("search", None)
     elif news.why is not None:
-        page.tell_trouble(f"There is no surrogate: {news.why}.")
-    elif page.trouble is None:
+        page.tell_trouble("No surrogate", news.why)
+    elif not page.troubles:
         page.say("Ready." if news.result is not None else "The learning was cancelled.")
     page.touched = True
 
@@ -119,8 +124,10 @@ def _learn_done(page: ModelPage, news: JobDone) -> None:
 def _drawn(page: ModelPage, drawn: Drawn, whose: int) -> None:
     if drawn.shapes is not None:
         page.state.shapes[whose] = drawn.shapes
+        if whose == OWN:
+            page.tell_trouble("The picture", None)
     elif whose == OWN:
-        page.tell_trouble(f"The picture: `draw` raised {drawn.why}.")
+        page.tell_trouble("The picture", f"`draw` raised {drawn.why}")
     page.touched = True
 
 

@@ -12,7 +12,7 @@ from kneeviz.anymodel.page import ModelPage
 from kneeviz.anymodel.views import words
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
-from kneeviz.views.html.pieces import box, escape, sparkline
+from kneeviz.views.html.pieces import box, escape, sentence, sparkline
 
 
 def _search(page: ModelPage, value: Asked | None) -> None:
@@ -62,7 +62,7 @@ def _done(page: ModelPage, news: JobDone) -> None:
         take_result(page, news.result)
         page.say("Done: model 1 is blue, model 2 orange.")
     elif news.why is not None:
-        page.say(f"The search failed: {escape(news.why)} What you had stands.", "bad")
+        page.say(f"The search failed: {escape(sentence(news.why))} What you had stands.", "bad")
     else:
         page.say("The search was cancelled; what you had stands.")
 
@@ -76,6 +76,7 @@ def take_result(page: ModelPage, result: SearchResult) -> None:
         try:
             state.surrogate = surrogate_through(state.model, result.training_x, result.training_y)
             view.running.learn.visible = False
+            page.tell_trouble("No surrogate", None)
         except KneecoreError:  # too few runs of it are usable
             pass
     view.search.overlay.visible = view.search.adopt.visible = view.search.overlay.value = True

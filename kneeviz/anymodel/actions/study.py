@@ -1,5 +1,6 @@
 """Band, influence and landscape of a model. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,7 +16,7 @@ from kneeviz.anymodel.views.study import column_labels
 from kneeviz.jobs.computations import Work
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
-from kneeviz.views.html.pieces import escape
+from kneeviz.views.html.pieces import escape, sentence
 from kneeviz.views.scene.landscape import LandscapeScene
 
 _BUSY = {
@@ -29,7 +30,7 @@ _CALM = {
     "landscape": "Ready.",
 }
 CHEAP_SECONDS = 2.0
-"""A landscape that takes less follows the sliders."""
+"""A landscape that took less follows the sliders."""
 REST_SECONDS = 0.3
 
 
@@ -65,7 +66,7 @@ def start(page: ModelPage, kind: str) -> None:
     except KneecoreError as error:
         page.say(f"Not done: {escape(str(error))}", "bad")
         return
-    state.job = job
+    state.job, state.job_began = job, time.monotonic()
     if kind == "landscape":
         state.in_surrogate = tab.in_surrogate
     tab.set_running(True)
@@ -103,16 +104,6 @@ _WORK: dict[str, Callable[[ModelPage, Model], Work[Any]]] = {
 }
 
 
-def n_runs(page: ModelPage, kind: str) -> int:
-    """Return the runs that a study takes."""
-    tab = page.view.study
-    if kind == "sampling":
-        return int(tab.n_samples.value)
-    if kind == "influence":
-        return int(tab.n_base.value) * (page.state.model.n_free + 2)
-    return int(tab.grid.value) ** 2
-
-
 def _progress(page: ModelPage, news: JobProgress) -> None:
     if news.job is page.state.job:
         page.view.study.progress.value = news.percent
@@ -127,7 +118,7 @@ def _done(page: ModelPage, news: JobDone) -> None:
     if news.result is None:
         told = "The study was cancelled; what you had stands."
         if news.why is not None:
-            told = f"The study failed: {escape(news.why)} What you had stands."
+            told = f"The study failed: {escape(sentence(news.why))} What you had stands."
         page.say(told, "calm" if news.why is None else "bad")
         return
     if news.job.kind == "sampling":
@@ -140,6 +131,7 @@ def _done(page: ModelPage, news: JobDone) -> None:
         view.files.studies["influence"].disabled = False
     else:
         state.landscape = news.result
+        state.landscape_seconds = time.monotonic() - state.job_began
         view.files.studies["landscape"].disabled = False
         show_landscape(page, True)
     page.say(_CALM[news.job.kind])
@@ -228,13 +220,12 @@ def draw_landscape(page: ModelPage) -> None:
 
 def follow(page: ModelPage, now: float) -> float | None:
     """Run a landscape again that has been left by the sliders; return when, if it is not yet."""
-    state, tab = page.state, page.view.study
+    state = page.state
     if not state.landscape_shown or state.landscape is None or state.job is not None:
         return None
     if np.array_equal(state.landscape.x, state.x) or _refused(page) is not None:
         return None
-    seconds = 0.0 if tab.in_surrogate else (state.seconds or np.inf) * n_runs(page, "landscape")
-    if seconds > CHEAP_SECONDS:
+    if state.landscape_seconds > CHEAP_SECONDS:
         return None
     due = page.moved_at + REST_SECONDS
     if now < due:

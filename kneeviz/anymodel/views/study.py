@@ -101,6 +101,14 @@ class StudyTab:
         """Whether it is the surrogate that is studied."""
         return bool(self.of.value == SURROGATE)
 
+    def n_runs(self, n_free: int) -> dict[str, int]:
+        """Return the runs that each study takes, by its name on the page."""
+        return {
+            "Band": int(self.n_samples.value),
+            "Influence": int(self.n_base.value) * (n_free + 2),
+            "Landscape": int(self.grid.value) ** 2,
+        }
+
     def suit_slow(self) -> None:
         """Begin with what a slow model allows."""
         self.of.value = SURROGATE

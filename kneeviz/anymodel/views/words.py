@@ -1,6 +1,6 @@
 """What a model's page says, as HTML; all text of the user's is escaped."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,11 +143,13 @@ def held(inputs: Sequence[Input]) -> str:
     return box(faint("Held: " + ", ".join(names) + (f" and {more} more" if more > 0 else "") + "."))
 
 
-def cost(state: ModelState, n_runs: int) -> str:
-    """Return what so many runs take, where that is worth a word."""
-    if state.seconds is None or not state.slow:
+def cost(state: ModelState, n_runs: Mapping[str, int]) -> str:
+    """Return what so many runs of a slow model take, by what they are for."""
+    seconds = state.seconds
+    if seconds is None or not state.slow or not n_runs:
         return ""
-    return box(faint(f"{n_runs:,} runs: about {duration(n_runs * state.seconds)}, one by one."))
+    parts = [f"{what} {n:,} runs, {duration(n * seconds)}" for what, n in n_runs.items()]
+    return box(faint("; ".join(parts) + ", one after the other."))
 
 
 def found(result: SearchResult, *, same_bounds: bool) -> str:
