@@ -8,19 +8,30 @@ from typing import Any
 
 import viser
 
+import kneecore
 from kneecore import KneeFile, Model, ParameterError, SearchResult
 from kneeviz import viser_broadcast, viser_internals
+from kneeviz.actions.result import take_result
+from kneeviz.anymodel import frame
+from kneeviz.anymodel.actions.files import of_this_model
+from kneeviz.anymodel.actions.look import camera_position
+from kneeviz.anymodel.actions.search import take_result as take_model_result
+from kneeviz.anymodel.session import ModelSession
 from kneeviz.jobs import uploads
+from kneeviz.page.page import Clients, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
-from kneeviz.server.pages import KneePages, ModelPages, Pages, Served
 from kneeviz.server.seats import NoRoom, Seats
+from kneeviz.server.session import Session
+from kneeviz.state import results
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
 MAX_SESSIONS = 16
 """Most visitors with a knee of their own."""
+Served = Session | ModelSession
+"""One page and its loop."""
 
 
 class App:
@@ -49,7 +60,9 @@ class App:
     Raises
     ------
     ParameterError
-        If `result` is of another model, or both a knee and a model are given.
+        If `result` is of a model that is no knee, or a knee and a model are given.
+    FileFormatError
+        If `result` is none of `model`.
     """
 
     def __init__(
@@ -65,13 +78,14 @@ class App:
         allow_hosts: Sequence[str] = (),
         kernels: KernelWarmUp | None = None,
     ) -> None:
-        self._pages: Pages
-        if model is None:
-            self._pages = KneePages(knee, result, kernels)
-        elif knee is not None:
+        self._knee = kneecore.packaged_knee() if knee is None else knee
+        if model is not None and knee is not None:
             raise ParameterError("`knee` and `model` are given; only one of them is allowed")
-        else:
-            self._pages = ModelPages(model, result)
+        self._model, self._result = model, result
+        if result is not None:
+            self._result = (
+                results.of_knees(result) if model is None else of_this_model(model, result)
+            )
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
@@ -83,13 +97,17 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._pages.end)
+        self.warm_up: KernelWarmUp | None = None
+        if model is None:
+            self.warm_up = KernelWarmUp() if kernels is None else kernels
+        self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Served] = {}
         if shared:
-            self._common[None] = self._pages.made(self.server, self.server.get_clients)
+            self._common[None] = self._new_session(self.server, self.server.get_clients)
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
-        self._pages.start()
+        if self.warm_up is not None:
+            self.warm_up.start()
 
     @property
     def url(self) -> str:
@@ -120,7 +138,7 @@ class App:
         """End all sessions and free the port."""
         self.seats.close()
         for session in self._common.values():
-            self._pages.end(session)
+            self._end(session)
         self._common = {}
         uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
@@ -129,14 +147,35 @@ class App:
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
         first.fov = float(camera.FIELD_OF_VIEW)
-        first.position, first.look_at = self._pages.camera
+        first.position = camera.knee_position(False)
+        first.look_at = camera.CENTRE
+        if self._model is not None:
+            first.position, first.look_at = camera_position(), frame.CENTRE
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
+
+    def _new_session(self, target: Target, clients: Clients) -> Served:
+        if self._model is not None:
+            return self._new_model_session(target, self._model, clients)
+        session = Session(target, self._knee, clients)
+        if self._result is not None:
+            take_result(session.page, self._result)
+        session.start()
+        if self.warm_up is not None:
+            self.warm_up.tell(session.post)
+        return session
+
+    def _new_model_session(self, target: Target, model: Model, clients: Clients) -> ModelSession:
+        session = ModelSession(target, model, clients)
+        if self._result is not None:
+            take_model_result(session.page, self._result)
+        session.start()
+        return session
 
     def _session_of(self, client: viser.ClientHandle) -> Served | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._pages.made(client, lambda: {client.client_id: client})
+        return self._new_session(client, lambda: {client.client_id: client})
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
@@ -157,3 +196,8 @@ class App:
     def _leave(self, client: viser.ClientHandle) -> None:
         if not self.shared:
             self.seats.leave(client.client_id)
+
+    def _end(self, session: Served) -> None:
+        if self.warm_up is not None:
+            self.warm_up.forget(session.post)
+        session.stop()

@@ -80,7 +80,7 @@ def test_learning_is_offered_done_and_can_be_cancelled(open_page):
 
 def test_a_search_that_is_stopped_keeps_its_best_pair(open_page):
     page = open_page(run_models.slowly)
-    page.view.search.options.handles["training_samples"].value = 4
+    page.view.search.first.value = 4
     page.post("search", None)
     eventually(lambda: page.state.rising)
     page.post("search_cancel", None)

@@ -42,7 +42,7 @@ def _progress(page: ModelPage, news: JobProgress) -> None:
     state, tab = page.state, page.view.search
     if news.job is not state.job:
         return
-    first = tab.settings.training_samples / max(tab.n_runs, 1)
+    first = tab.n_first / tab.n_runs
     if news.stage == "sampling":
         tab.progress.value = first * news.percent
     elif news.stage == "repair":

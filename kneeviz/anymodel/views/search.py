@@ -4,15 +4,14 @@ from dataclasses import replace
 from typing import Any
 
 from kneecore import SearchSettings
+from kneecore.options import options_of
 from kneeviz.anymodel import work
 from kneeviz.anymodel.state import ModelState
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box
 from kneeviz.views.tabs.events import on_press, on_value
-from kneeviz.views.tabs.options import Look, OptionWidgets
 
-OFFERED = ("objective", "training_samples", "repair_models", "seed")
-"""Options of the search that the page offers for a model; the rest are as the model has them."""
+_MOST_RUNS = 100_000
 
 
 class SearchTab:
@@ -34,42 +33,53 @@ class SearchTab:
         self.overlay = gui.add_checkbox("Show both", True, visible=False)
         self.adopt = gui.add_button_group("Make mine", ("Model 1", "Model 2"), visible=False)
         self.table = gui.add_html("")
-        with gui.add_folder("Settings", expand_by_default=False):
-            self.options = self._add_options(gui, state)
+        self._add_settings(gui, state)
         on_press(self.start, post, "search")
         on_press(self.cancel, post, "search_cancel")
         on_press(self.adopt, post, "adopt")
         on_value(self.overlay, post, "overlay")
-        for name in ("training_samples", "repair_models"):
-            if name in self.options.handles:
-                on_value(self.options.handles[name], post, "costs")
+        for handle in (self.first, self.more):
+            on_value(handle, post, "costs")
 
-    def _add_options(self, gui: Any, state: ModelState) -> OptionWidgets:
-        repaired = self._usual.repair
-        offered = OFFERED if repaired else tuple(n for n in OFFERED if n[:6] != "repair")
-        hidden = [f for f in vars(self._usual) if f not in offered]
-        looks = {
-            "objective": Look(label="Counts", words={n: n for n in state.model.objectives}),
-            "training_samples": Look(label="First runs", low=state.model.n_free + 1, high=100_000),
-            "repair_models": Look(label="More runs", low=2, high=100_000),
-            "seed": Look(label="Seed", low=0, high=2**31 - 1),
-        }
-        widgets = OptionWidgets(gui, SearchSettings, without=hidden, looks=looks)
-        for name in ("training_samples", "repair_models"):
-            if name in widgets.handles:
-                widgets.handles[name].value = getattr(self._usual, name)
-        return widgets
+    def _add_settings(self, gui: Any, state: ModelState) -> None:
+        usual, told = self._usual, {one.name: one.help for one in options_of(SearchSettings)}
+        low = state.model.n_free + 1
+        with gui.add_folder("Settings", expand_by_default=False):
+            choices = tuple(state.model.objectives)
+            self.counts = gui.add_dropdown(
+                "Counts", choices, visible=len(choices) > 1, hint=told["objective"]
+            )
+            self.first = gui.add_number(
+                "First runs", usual.training_samples, min=low, max=_MOST_RUNS, step=1,
+                visible=bool(usual.repair), hint=told["training_samples"],
+            )  # fmt: skip
+            self.more = gui.add_number(
+                "More runs", usual.repair_models, min=2, max=_MOST_RUNS, step=1,
+                visible=bool(usual.repair), hint=told["repair_models"],
+            )  # fmt: skip
+            self.seed = gui.add_number(
+                "Seed", usual.seed, min=0, max=2**31 - 1, step=1, hint=told["seed"]
+            )
 
     @property
     def settings(self) -> SearchSettings:
-        """What the visitor has set."""
-        return replace(self._usual, **self.options.values())
+        """What the visitor has set; the rest is as the model has it."""
+        counts = {}
+        if self._usual.repair:
+            counts = {"training_samples": self.n_first, "repair_models": round(self.more.value)}
+        return replace(
+            self._usual, objective=self.counts.value, seed=round(self.seed.value), **counts
+        )
+
+    @property
+    def n_first(self) -> int:
+        """Runs before the first look."""
+        return int(self.first.value)
 
     @property
     def n_runs(self) -> int:
         """The most runs that a search may take."""
-        settings = self.settings
-        return settings.training_samples + settings.repair_models * settings.repair
+        return self.n_first + int(self.more.value)
 
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the button, or the other way round."""
