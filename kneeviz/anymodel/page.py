@@ -4,8 +4,10 @@ The session's thread alone calls it; see `kneeviz.anymodel.session`.
 """
 
 import math
+import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +52,7 @@ class ModelPage:
         self.runs = ModelRuns(model, post)
         self.pictures = Pictures(model, post)
         self.uploads = Uploads(post)
+        self._kept: tempfile.TemporaryDirectory[str] | None = None
         self.frame: Frame | None = None
         self.touched = True
         """Whether the page shows something older than what is known."""
@@ -75,6 +78,20 @@ class ModelPage:
         self.pictures.stop()
         self.uploads.stop()
         self.state.model.close()
+        if self._kept is not None:
+            self._kept.cleanup()
+
+    def keep_runs(self) -> None:
+        """Keep the runs of a slow model while the page is open, unless its file says where.
+
+        A search then goes on from what was learned, or from a search that was cancelled.
+        """
+        state = self.state
+        if state.model.run_options.keep is None:
+            self._kept = tempfile.TemporaryDirectory(prefix="kneeviz-", ignore_cleanup_errors=True)
+            keep = str(Path(self._kept.name) / "runs.jsonl")
+            state.model.close()
+            state.model = state.model.with_runs(keep=keep, rerun_failures=True)
 
     def say(self, text: str, kind: str = "calm") -> None:
         """Write the status line; `text` must be escaped."""

@@ -88,6 +88,12 @@ def test_a_search_that_is_stopped_keeps_its_best_pair(open_page):
     assert page.state.result.stop_reason == "cancelled"
     eventually(lambda: "the best pair until then" in page.view.search.found.content)
     assert len(page.state.surrogate.training_x) == len(page.state.result.training_x)
+    n_before = page.state.result.counts["models_simulated"]
+    page.view.search.more.value = 2
+    page.post("search", None)  # goes on from the runs that were done
+    eventually(lambda: page.state.result.stop_reason != "cancelled")
+    assert page.state.result.counts["models_reused"] >= min(n_before, 4)
+    eventually(lambda: "of them done before" in page.view.search.found.content)
 
 
 def test_every_kind_of_failure_is_a_line_and_the_last_good_state_stays(open_page):

@@ -53,8 +53,8 @@ def of_this_model(model: Model, loaded: object) -> SearchResult:
         raise FileFormatError("it is a knee; a result of this page's model is needed")
     if not belongs(loaded, model):
         raise FileFormatError(
-            f"it is a result of {loaded.model.name[:60]!r}, whose inputs and outputs are others "
-            "than this page's"
+            f"`result` is of the model {loaded.model.name[:60]!r}, whose inputs and outputs are "
+            "others than this page's"
         )
     return loaded
 

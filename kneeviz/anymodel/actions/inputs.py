@@ -11,6 +11,7 @@ from kneeviz.anymodel.views.words import duration
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
 
+READY_SLOW = "Ready. The model is slow: press to run it."
 LEARNS_BY_ITSELF_SECONDS = 30.0
 """A surrogate whose runs take less is made without being asked for."""
 
@@ -55,7 +56,7 @@ def _ran(page: ModelPage, ran: Ran) -> None:
         return
     page.tell_trouble("The model", ran.why)
     if not page.troubles and (first or was_told):
-        page.say("Ready.")
+        page.say(READY_SLOW if state.slow else "Ready.")
     if first:
         _begin(page)
 
@@ -65,6 +66,7 @@ def _begin(page: ModelPage) -> None:
     state = page.state
     if state.slow:
         page.view.study.suit_slow()
+        page.keep_runs()
     assert state.seconds is not None
     n = work.n_learning(state.model)
     if n * state.seconds <= LEARNS_BY_ITSELF_SECONDS:

@@ -42,6 +42,8 @@ def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     if client is not None:
         _place_camera(page, client)
         viser_internals.watch_charts(client)
+        if not (page.view.has_picture or page.state.landscape_shown):
+            page.view.fit_wide(min(c.camera.image_width for c in page.clients().values()))
 
 
 def _reset_view(page: ModelPage, value: Asked) -> None:

@@ -19,8 +19,10 @@ from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
-WIDE = 818
-"""px of the charts where there is no picture; viser keeps 120 px between the panels."""
+WIDE, WIDEST = 818, 1500
+"""px of the charts where there is no picture, in a window of 1280 and at most."""
+_BETWEEN = 120
+"""px that viser keeps between the panels."""
 
 
 @dataclass(kw_only=True)
@@ -40,7 +42,7 @@ class ModelView:
     def __init__(self, target: Any, post: Post, state: ModelState) -> None:
         gui = target.gui
         self.dark = False
-        self._gui = gui
+        self._gui, self.wide = gui, WIDE
         self._theme(gui)
         gui.set_panel_label(f"kneeviz: {state.model.name}"[:60])
         self.has_picture = state.model.has_picture
@@ -92,7 +94,14 @@ class ModelView:
 
     def set_wide(self, wide: bool) -> None:
         """Let the charts take the picture's place, or make room for it."""
-        self.left.set_width(WIDE if wide else LEFT_WIDTH)
+        self.left.set_width(self.wide if wide else LEFT_WIDTH)
+
+    def fit_wide(self, between: int) -> None:
+        """Let charts without a picture take what is left of the narrowest window, px."""
+        wide = min(max(self.wide + between - _BETWEEN, LEFT_WIDTH), WIDEST)
+        if wide != self.wide:
+            self.wide = wide
+            self.set_wide(True)
 
     def _add_right(self, gui: Any, post: Post, state: ModelState) -> None:
         self.running = self._add_running(gui, post)

@@ -163,7 +163,9 @@ def found(result: SearchResult, *, same_bounds: bool) -> str:
     if result.repair is not None:
         n = result.counts.get("models_simulated", 0)
         failed = result.counts.get("models_failed", 0)
-        lines.append(faint(f"{n:,} runs, {failed:,} failed."))
+        reused = result.counts.get("models_reused", 0)
+        before = f", {reused:,} of them done before" if reused else ""
+        lines.append(faint(f"{n:,} runs{before}, {failed:,} failed."))
     if result.stop_reason == "cancelled":
         lines.append(faint("The search was stopped: this is the best pair until then."))
     return box("<br>".join(lines))
