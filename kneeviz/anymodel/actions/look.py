@@ -12,6 +12,9 @@ from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
 from kneeviz.views.scene import camera
 
+_NARROW = 700
+"""px; no window that has room for charts beside the controls."""
+
 
 def camera_position() -> tuple[float, float, float]:
     """Return where the camera stands: in front of the picture."""
@@ -42,8 +45,14 @@ def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     if client is not None:
         _place_camera(page, client)
         viser_internals.watch_charts(client)
-        if not (page.view.has_picture or page.state.landscape_shown):
-            page.view.fit_wide(min(c.camera.image_width for c in page.clients().values()))
+        _fit_charts(page, client)
+
+
+def _fit_charts(page: ModelPage, client: viser.ClientHandle) -> None:
+    """Fit charts without a picture into the latest window: its first word is how wide it is."""
+    width = client.camera.image_width  # or, if it came late, what is left between the panels
+    if not page.view.has_picture and not page.state.landscape_shown and width > _NARROW:
+        page.view.fit_wide(width)
 
 
 def _reset_view(page: ModelPage, value: Asked) -> None:

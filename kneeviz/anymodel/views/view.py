@@ -19,10 +19,10 @@ from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
-WIDE, WIDEST = 818, 1500
+WIDE, WIDEST = 810, 1500
 """px of the charts where there is no picture, in a window of 1280 and at most."""
-_BETWEEN = 120
-"""px that viser keeps between the panels."""
+_BETWEEN = 130
+"""px that are left between the panels; below 120, viser squeezes them."""
 
 
 @dataclass(kw_only=True)
@@ -96,9 +96,9 @@ class ModelView:
         """Let the charts take the picture's place, or make room for it."""
         self.left.set_width(self.wide if wide else LEFT_WIDTH)
 
-    def fit_wide(self, between: int) -> None:
-        """Let charts without a picture take what is left of the narrowest window, px."""
-        wide = min(max(self.wide + between - _BETWEEN, LEFT_WIDTH), WIDEST)
+    def fit_wide(self, window: int) -> None:
+        """Let charts without a picture take what a window, px, leaves of them."""
+        wide = min(max(window - RIGHT_WIDTH - _BETWEEN, LEFT_WIDTH), WIDEST)
         if wide != self.wide:
             self.wide = wide
             self.set_wide(True)
