@@ -33,9 +33,9 @@ def draw(x):
     a, b, point = (p[0] for p in pins(x, np.array([np.pi])))
     pivot = np.array([x[3], 0.0])
     return [
-        Shape(name="ground", points=np.array([[0.0, 0.0], pivot]), kind="link", label="ground"),
-        Shape(name="crank", points=np.array([[0.0, 0.0], a]), label="crank"),
-        Shape(name="coupler", points=np.array([a, b, point]), kind="closed", label="point"),
+        Shape(name="coupler", points=np.array([point, a, b]), kind="closed", label="coupler point"),
+        Shape(name="crank", points=np.array([a, [0.0, 0.0]]), label="crank"),
         Shape(name="rocker", points=np.array([pivot, b]), label="rocker"),
+        Shape(name="ground", points=np.array([[0.0, 0.0], pivot]), kind="link"),
         Shape(name="path", points=path, kind="closed"),
     ]

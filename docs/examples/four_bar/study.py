@@ -13,7 +13,7 @@ for k, (x, y) in enumerate(zip(pair.x, pair.y, strict=True), start=1):
 print(f"as designed: height {pair.y_nominal.min():.3f} to {pair.y_nominal.max():.3f} mm")
 
 decide = kneecore.influence(linkage, kneecore.InfluenceSettings(n_base=256))
-print("At half a turn " + ", ".join(decide.deciding(8, 3)) + " decide")
+print("At half a turn " + " and ".join(decide.deciding(8, 2)) + " decide")
 
-pair.figures()["figure_2_picture"].savefig("linkages.png", dpi=110)
-pair.figures()["figure_1_outputs"].savefig("heights.png", dpi=110)
+pair.figures()["figure_2_picture"].savefig("linkages.png", dpi=90)
+pair.figures()["figure_1_outputs"].savefig("heights.png", dpi=90)

@@ -29,7 +29,7 @@ def main():
     fast = Model(surrogate.predict, knee.inputs, knee.outputs, batched=True, name="its surrogate")
     decide = kneecore.influence(fast, InfluenceSettings(n_base=512))
     for column, what in ((0, "external rotation"), (5, "internal rotation"), (9, "drawer")):
-        print(f"{what} is decided by {', '.join(decide.deciding(column, 3))}")
+        print(f"{what} is decided by {' and '.join(decide.deciding(column, 2))}")
 
     pair.figures()["figure_1_outputs"].savefig("knees.png", dpi=90)
     pair.figures()["figure_2_picture"].savefig("picture.png", dpi=90)

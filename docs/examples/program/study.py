@@ -21,4 +21,4 @@ failure = shaft.failures[-1]
 print(f"a shaft that cannot be: {failure.message}")
 shaft.close()
 
-pair.figures()["figure_1_outputs"].savefig("shaft.png", dpi=110)
+pair.figures()["figure_1_outputs"].savefig("shaft.png", dpi=90)
