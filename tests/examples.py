@@ -1,7 +1,7 @@
 """The worked examples of docs/examples: run, compared with their pages, and written into them.
 
 A page is Markdown beside the folder of its files. A block that names a file after its language
-shows the file, or a part of it; ``text`` before a script's name is what the script prints.
+shows the file, or a part of it; ``text`` before ``study.py`` is what that prints.
 ``python tests/examples.py [NAME ...]`` runs them where they are: it writes their pictures and what
 they print into the pages.
 """
@@ -31,8 +31,13 @@ def blocks(name):
 
 def said(name):
     """Return what the page says that the example prints."""
-    [text] = [text for language, _, text in blocks(name) if language == "text"]
+    [text] = [text for language, file, text in blocks(name) if is_printed(language, file)]
     return text
+
+
+def is_printed(language, file):
+    """Tell whether a block shows what a script prints, and not the script."""
+    return language == "text" and file.endswith(".py")
 
 
 def number_after(words, text):

@@ -19,7 +19,7 @@ NOMINAL = {
 
 
 def gain_db(x):
-    """Return the power that reaches the load, of what the source can give, dB: (n, 6) to (n, 25)."""
+    """Return the load's share of the power that the source can give, dB: (n, 6) to (n, 25)."""
     l1, c1, l2, c2, l3, c3 = (v[:, None] for v in x.T)
     w = 2.0 * np.pi * FREQUENCY
     first, third = (1j * (w * v - 1.0 / (w * c)) for v, c in ((l1, c1), (l3, c3)))

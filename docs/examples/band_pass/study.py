@@ -28,9 +28,7 @@ print(f"  99.7 % of 10,000 filters are within {band[at]:.1f} dB there")
 
 passed = (FREQUENCY > 8.5e3) & (FREQUENCY < 11.8e3)
 for runs in (40, 100):  # that may be added to the first 50
-    settings = SearchSettings(
-        method="exact", repair=True, repair_models=runs, weights=passed * 1.0
-    )
+    settings = SearchSettings(method="exact", repair=True, repair_models=runs, weights=passed * 1.0)
     ripple = kneecore.worst_case(filter_, settings)
     tell(f"The pass band alone, {ripple.counts['models_simulated']} runs", ripple)
 

@@ -1,15 +1,14 @@
 """How different two linkages made to a tenth of a millimetre can be: ``python study.py``."""
 
-import numpy as np
-
 import kneecore
 
 linkage = kneecore.Model.from_file("four_bar.toml")
 pair = kneecore.worst_case(linkage)
 print(f"f {pair.objective_model:.3f} mm. {pair.verdict}")
 for k, (x, y) in enumerate(zip(pair.x, pair.y, strict=True), start=1):
-    off = ", ".join(f"{n} {d:+.1f}" for n, d in zip(linkage.names, x - linkage.nominal, strict=True))
-    print(f"linkage {k}: {off} mm; height {y.min():.3f} to {y.max():.3f} mm")
+    off = zip(linkage.names, x - linkage.nominal, strict=True)
+    lengths = ", ".join(f"{name} {length:+.1f}" for name, length in off)
+    print(f"linkage {k}: {lengths} mm; height {y.min():.3f} to {y.max():.3f} mm")
 print(f"as designed: height {pair.y_nominal.min():.3f} to {pair.y_nominal.max():.3f} mm")
 
 decide = kneecore.influence(linkage, kneecore.InfluenceSettings(n_base=256))

@@ -17,6 +17,8 @@ DRAWERS = (-100.0, -50.0, 50.0, 100.0)
 """Along the tibia's x, anterior > 0, N."""
 STRETCH = 0.02
 """Of every ligament in the reference pose."""
+STEP = 0.002
+"""Of time, s; 4 ms would be unstable."""
 RADII = {"medial": (-22.0, 22.0), "lateral": (22.0, 21.0)}
 """z and radius of the condyles' posterior spheres, mm."""
 
@@ -35,7 +37,9 @@ LIGAMENTS = ("acl", "pcl", "mcl", "lcl")
 WORLD = """
 <mujoco>
   <compiler angle="degree"/>
-  <option gravity="0 0 0" timestep="0.002" integrator="implicitfast"/>
+  <option gravity="0 0 0" timestep="{step}" integrator="implicitfast">
+    <flag autoreset="disable"/>
+  </option>
   <default>
     <geom condim="1" solref="-2e5 -400" solimp="0.9 0.9 0.001"/>
     <joint type="hinge" damping="0.2"/>
@@ -94,6 +98,7 @@ def compiled(x):
 
     return mujoco.MjModel.from_xml_string(
         WORLD.format(
+            step=STEP,
             flexion=FLEXION,
             femur_sites=sites(0),
             tibia_sites=sites(1),
@@ -118,17 +123,18 @@ def settled(model, data, longest=2000, still=1e-4):
     """Go on in time until nothing moves any more; NaN where it does not come to rest."""
     for _ in range(0, longest, 50):
         mujoco.mj_step(model, data, nstep=50)
-        if np.abs(data.qvel).max() < still:
-            return data.qpos.copy()
+        fastest = np.abs(data.qvel).max()
+        if not fastest >= still:  # at rest, or NaN: without `autoreset` what is unstable stays so
+            return data.qpos + 0.0 * fastest
     return np.full(model.nq, np.nan)
 
 
 def poses(x):
-    """Return (loads on the five coordinates, pose) at rest under each load."""
+    """Return the pose at rest, of m and rad: {(coordinate, load): (5,)}, each from its lesser."""
     model = compiled(x)
     data = mujoco.MjData(model)
     neutral = settled(model, data)
-    found = [(np.zeros(model.nv), neutral)]
+    found = {}
     for joint, loads in (("rotation", MOMENTS), ("ap", DRAWERS)):
         at = model.joint(joint).dofadr[0]
         for way in (-1.0, 1.0):
@@ -136,24 +142,16 @@ def poses(x):
             data.qpos[:] = neutral
             for load in sorted((v for v in loads if v * way > 0.0), key=abs):
                 data.qfrc_applied[at] = load
-                pose = settled(model, data)
-                found.append((data.qfrc_applied.copy(), pose))
+                found[joint, load] = settled(model, data)
     return found
 
 
 def run(x):
     """Return internal rotation (deg) at MOMENTS and anterior place (mm) at DRAWERS."""
-    ap, rotation = 0, 4
-    at = {tuple(load): pose for load, pose in poses(x)}
-
-    def under(which, load, unit):
-        loads = np.zeros(5)
-        loads[which] = load
-        return unit * at[tuple(loads)][which]
-
+    at = poses(x)
     return [
-        *(under(rotation, load, 180.0 / np.pi) for load in MOMENTS),
-        *(under(ap, load, 1e3) for load in DRAWERS),
+        *(np.degrees(at["rotation", moment][4]) for moment in MOMENTS),
+        *(1e3 * at["ap", force][0] for force in DRAWERS),
     ]
 
 

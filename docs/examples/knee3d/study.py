@@ -19,13 +19,13 @@ def main():
             f"{drawer[0]:.1f} to {drawer[-1]:.1f} mm at 100 N"
         )
 
-    study = kneecore.monte_carlo(knee, SamplingSettings(n_samples=150))
+    study = kneecore.monte_carlo(knee, SamplingSettings(n_samples=100))
     band = study.y.percentile_upper - study.y.percentile_lower
     apart = np.abs(pair.y[0] - pair.y[1])
-    print(f"at +2 N m: the pair {apart[5]:.1f} deg apart, 150 random knees within {band[5]:.1f}")
+    print(f"at +2 N m: the pair {apart[5]:.1f} deg apart, 100 random knees within {band[5]:.1f}")
 
     # Sobol' indices need thousands of runs: those of a surrogate cost none.
-    surrogate = kneecore.fit_surrogate(knee, n_samples=150)
+    surrogate = kneecore.fit_surrogate(knee, n_samples=100)
     fast = Model(surrogate.predict, knee.inputs, knee.outputs, batched=True, name="its surrogate")
     decide = kneecore.influence(fast, InfluenceSettings(n_base=512))
     for column, what in ((0, "external rotation"), (5, "internal rotation"), (9, "drawer")):

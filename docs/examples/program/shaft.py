@@ -53,7 +53,8 @@ def deflections(modulus, load, segments):
 
 def main(deck):
     """Read the deck, solve, write the deflections."""
-    words = [line.split() for line in open(deck) if line.strip() and not line.startswith("#")]
+    with open(deck) as file:
+        words = [line.split() for line in file if line.strip() and not line.startswith("#")]
     given = {key: [float(v) for v in values] for key, *values in words if key != "segment"}
     segments = [tuple(map(float, values)) for key, *values in words if key == "segment"]
     if any(diameter <= 0 for diameter, _ in segments):
