@@ -4,7 +4,7 @@ import kneecore
 
 shaft = kneecore.Model.from_file("shaft.toml")
 settings = kneecore.SearchSettings(
-    method="exact", repair=True, training_samples=12, repair_models=12
+    method="exact", repair=True, training_samples=10, repair_models=8
 )
 pair = kneecore.worst_case(shaft, settings)
 print(f"f {pair.objective_model:.3f} mm. {pair.verdict}")
