@@ -82,7 +82,7 @@ def springs(x):
     found = {}
     for name, (femur, tibia) in attachments(x).items():
         rest = np.linalg.norm(rotated(FLEXION) @ tibia - femur) / (1.0 + STRETCH)
-        # Up to 6 % of strain Blankevoort's force is stiffness * strain^2 / (4 * 0.03).
+        # Up to 6 % of strain Blankevoort's force is stiffness * strain^2 / (2 * 0.06).
         found[name] = rest, BUNDLES[name][3] / (0.12 * rest**2)
     return found
 
