@@ -10,9 +10,8 @@ from kneecore import Shape
 
 FloatArray = NDArray[np.float64]
 
-CENTRE = (0.0, 0.0, 0.0)
-WIDTH, HEIGHT = 0.22, 0.26
-"""m of the scene that a picture fills, around its centre."""
+WIDTH, HEIGHT = 0.28, 0.28
+"""m of the scene that a picture fills at most, around its origin."""
 _MARGIN = 0.06
 _DASH, _GAP = 0.006, 0.004
 _RING = 0.0022
@@ -31,6 +30,12 @@ class Frame:
         """How many m of the scene are one of the picture's unit."""
         width, height = (max(b - a, 1e-300) for a, b in zip(self.low, self.high, strict=True))
         return min(WIDTH / width, HEIGHT / height)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height in the scene, m."""
+        width, height = (b - a for a, b in zip(self.low, self.high, strict=True))
+        return width * self.scale, height * self.scale
 
     def place(self, points: FloatArray) -> FloatArray:
         """Return points of the picture, shape (..., 2), in the scene, m."""

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +16,47 @@ from numpy.typing import NDArray
 from kneecore import Model, Shape
 from kneeviz import viser_internals
 from kneeviz.anymodel.curves import curves_of
-from kneeviz.anymodel.frame import Frame, widened
+from kneeviz.anymodel.frame import HEIGHT, WIDTH, Frame, widened
 from kneeviz.anymodel.pictures import ONE, OWN, TWO, Pictures
 from kneeviz.anymodel.runs import ModelRuns, apart
 from kneeviz.anymodel.state import ModelState
 from kneeviz.anymodel.views import words
 from kneeviz.anymodel.views.view import ModelView
+from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
+from kneeviz.page.framing import Framing
 from kneeviz.page.notices import Notices
 from kneeviz.page.page import Clients, Target
 from kneeviz.views.html.pieces import escape, sentence
+from kneeviz.views.scene import camera
 
 FloatArray = NDArray[np.float64]
+
+
+class Subject(NamedTuple):
+    """What is to be seen: a picture, or a landscape in its place."""
+
+    size: tuple[float, float]
+    """The picture's width and height, m."""
+    landscape: bool
+
+    @property
+    def flat(self) -> bool:
+        """Whether cameras only pan and zoom."""
+        return not self.landscape
+
+    @property
+    def direction(self) -> FloatArray:
+        """From the middle to the camera."""
+        return camera.BEFORE_LANDSCAPE if self.landscape else camera.FRONT
+
+    def points(self) -> FloatArray:
+        """Return what must be in the picture."""
+        if self.landscape:
+            return surfaces.corners()
+        x, y = (0.5 * length for length in self.size)
+        return np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
 
 
 class ModelPage:
@@ -52,6 +81,9 @@ class ModelPage:
         self.runs = ModelRuns(model, post)
         self.pictures = Pictures(model, post)
         self.uploads = Uploads(post)
+        # Charts that have the picture's place do not give way to it.
+        charts = self.view.left if self.view.has_picture else None
+        self.framing = Framing(clients, charts, post)
         self._kept: tempfile.TemporaryDirectory[str] | None = None
         self.frame: Frame | None = None
         self.touched = True
@@ -92,6 +124,12 @@ class ModelPage:
             keep = str(Path(self._kept.name) / "runs.jsonl")
             state.model.close()
             state.model = state.model.with_runs(keep=keep, rerun_failures=True)
+
+    @property
+    def subject(self) -> Subject:
+        """What the cameras are to show."""
+        size = (WIDTH, HEIGHT) if self.frame is None else self.frame.size
+        return Subject(size, self.state.landscape_shown)
 
     def say(self, text: str, kind: str = "calm") -> None:
         """Write the status line; `text` must be escaped."""

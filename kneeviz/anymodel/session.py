@@ -12,6 +12,7 @@ from kneeviz.anymodel.page import ModelPage
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.page.page import Clients, Target
+from kneeviz.state.playback import FRAME_SECONDS
 from kneeviz.views.html.pieces import escape
 
 _LOG = logging.getLogger(__name__)
@@ -60,9 +61,12 @@ class ModelSession:
             self._perform(key, value)
         if page.touched:
             page.draw()
-        due = study.follow(page, now)
+        page.framing.follow(page.subject, now)
+        page.framing.advance(now)
+        frame = now + FRAME_SECONDS if page.framing.running else None
+        times = (study.follow(page, now), page.notices.deliver(now), frame)
         page.target.flush()
-        return min((t for t in (due, page.notices.deliver(now)) if t is not None), default=None)
+        return min((t for t in times if t is not None), default=None)
 
     def _perform(self, key: Hashable, value: Any) -> None:
         """Do one thing; if it fails, the rest goes on and whoever asked is told."""

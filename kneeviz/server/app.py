@@ -12,11 +12,10 @@ import kneecore
 from kneecore import KneeFile, Model, ParameterError, SearchResult
 from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions.result import take_result
-from kneeviz.anymodel import frame
 from kneeviz.anymodel.actions.files import of_this_model
-from kneeviz.anymodel.actions.look import camera_position
 from kneeviz.anymodel.actions.search import take_result as take_model_result
 from kneeviz.anymodel.session import ModelSession
+from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.page.page import Clients, Target
 from kneeviz.server import front
@@ -146,11 +145,9 @@ class App:
 
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
-        first.fov = float(camera.FIELD_OF_VIEW)
-        first.position = camera.knee_position(False)
-        first.look_at = camera.CENTRE
-        if self._model is not None:
-            first.position, first.look_at = camera_position(), frame.CENTRE
+        first.fov = float(framing.FIELD_OF_VIEW)
+        first.position = camera.position(camera.FIRST, camera.FRONT)
+        first.look_at = camera.FIRST.centre
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 

@@ -1,64 +1,29 @@
-"""How a model's page looks: theme, cameras, charts. Runs on the session's worker."""
+"""How a model's page looks: cameras and charts. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
-import viser
-
 from kneeviz import viser_internals
-from kneeviz.anymodel.frame import CENTRE
 from kneeviz.anymodel.page import ModelPage
-from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
-from kneeviz.views.scene import camera
-
-_NARROW = 700
-"""px; no window that has room for charts beside the controls."""
-
-
-def camera_position() -> tuple[float, float, float]:
-    """Return where the camera stands: in front of the picture."""
-    return CENTRE[0], CENTRE[1], float(camera.DISTANCE)
-
-
-def place_cameras(page: ModelPage, only: int | None = None) -> None:
-    """Put the cameras of all clients, or of one, where the view wants them."""
-    for client_id, client in page.clients().items():
-        if only in (None, client_id):
-            _place_camera(page, client)
-
-
-def _place_camera(page: ModelPage, client: viser.ClientHandle) -> None:
-    landscape = page.state.landscape_shown
-    viser_internals.set_camera_lock(client, locked=False)
-    with client.atomic():
-        client.camera.up_direction = (0.0, 1.0, 0.0)
-        client.camera.position = camera.landscape_position() if landscape else camera_position()
-        client.camera.look_at = surfaces.CENTRE if landscape else CENTRE
-    client.flush()
-    if not landscape:
-        viser_internals.set_camera_lock(client, locked=True)
 
 
 def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
-        _place_camera(page, client)
+        page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
-        _fit_charts(page, client)
 
 
-def _fit_charts(page: ModelPage, client: viser.ClientHandle) -> None:
-    """Fit charts without a picture into the latest window: its first word is how wide it is."""
-    width = client.camera.image_width  # or, if it came late, what is left between the panels
-    if not page.view.has_picture and not page.state.landscape_shown and width > _NARROW:
-        page.view.fit_wide(width)
+def _resized(page: ModelPage, _value: Any, client_id: int) -> None:
+    page.framing.resize(client_id, time.monotonic())
 
 
 def _reset_view(page: ModelPage, value: Asked) -> None:
     page.frame = None
-    place_cameras(page, only=value.client_id)
-    page.touched = True
+    page.draw()
+    page.framing.reset(page.subject, time.monotonic(), only=value.client_id)
 
 
 def _chart(page: ModelPage, _value: Any) -> None:
@@ -68,6 +33,7 @@ def _chart(page: ModelPage, _value: Any) -> None:
 
 ACTIONS: dict[str, Callable[..., None]] = {
     "joined": _joined,
+    "resized": _resized,
     "reset_view": _reset_view,
     "chart": _chart,
 }

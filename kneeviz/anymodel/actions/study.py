@@ -8,7 +8,6 @@ import numpy as np
 
 from kneecore import InfluenceSettings, KneecoreError, Model, SamplingSettings
 from kneeviz.anymodel import work
-from kneeviz.anymodel.actions.look import place_cameras
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.anymodel.slices import picture_of
 from kneeviz.anymodel.views import words
@@ -198,7 +197,7 @@ def show_landscape(page: ModelPage, shown: bool) -> None:
     view.study.show_landscape(shown)
     if changed:
         view.set_wide(not (shown or view.has_picture))
-        place_cameras(page)
+        page.framing.reset(page.subject, time.monotonic())
     draw_landscape(page)
     page.touched = True
 

@@ -32,7 +32,7 @@ class OutputChart:
             bands=self._bands(),
             legend={"show": False},
             cursor={"points": {"show": False}, "drag": {"x": False, "y": False}},
-            padding=(8, 14, 0, 0),
+            padding=(8, 22, 0, 0),
             height=height,
         )
 

@@ -19,10 +19,8 @@ from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
-WIDE, WIDEST = 810, 1500
-"""px of the charts where there is no picture, in a window of 1280 and at most."""
-_BETWEEN = 130
-"""px that are left between the panels; below 120, viser squeezes them."""
+WIDE = 810
+"""px of the charts where there is no picture, in a window of 1280: viser leaves 120 between."""
 
 
 @dataclass(kw_only=True)
@@ -42,7 +40,7 @@ class ModelView:
     def __init__(self, target: Any, post: Post, state: ModelState) -> None:
         gui = target.gui
         self.dark = False
-        self._gui, self.wide = gui, WIDE
+        self._gui = gui
         self._theme(gui)
         gui.set_panel_label(f"kneeviz: {state.model.name}"[:60])
         self.has_picture = state.model.has_picture
@@ -94,14 +92,7 @@ class ModelView:
 
     def set_wide(self, wide: bool) -> None:
         """Let the charts take the picture's place, or make room for it."""
-        self.left.set_width(self.wide if wide else LEFT_WIDTH)
-
-    def fit_wide(self, window: int) -> None:
-        """Let charts without a picture take what a window, px, leaves of them."""
-        wide = min(max(window - RIGHT_WIDTH - _BETWEEN, LEFT_WIDTH), WIDEST)
-        if wide != self.wide:
-            self.wide = wide
-            self.set_wide(True)
+        self.left.set_width(WIDE if wide else LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: ModelState) -> None:
         self.running = self._add_running(gui, post)
