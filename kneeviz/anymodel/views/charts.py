@@ -60,7 +60,9 @@ class OutputChart:
         return ({"series": (2, 1), "fill": self._colours.band},)
 
     def _scales(self, span: tuple[float, float]) -> dict[str, Any]:
-        x: dict[str, Any] = {"time": False}
+        # A range of its own: a chart that is made anew twice in a moment forgets to look for one.
+        low, high = float(self._place.axis[0]), float(self._place.axis[-1])
+        x: dict[str, Any] = {"time": False, "range": (low, high)}
         if self._place.logarithmic:
             x |= {"distr": 3, "log": 10}
         return {"x": x, "y": {"range": span}}

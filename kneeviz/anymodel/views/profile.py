@@ -74,7 +74,9 @@ class ProfileChart:
         return [{}, line_style(c.surrogate, 2.0, dash=(7, 5)), *dots]
 
     def _scales(self, span: tuple[float, float]) -> dict[str, Any]:
-        return {"x": {"time": False}, "y": {"range": span}}
+        one = self._dial
+        ends = one.lower / one.scale, one.upper / one.scale
+        return {"x": {"time": False, "range": ends}, "y": {"range": span}}
 
     def _axes(self) -> tuple[dict[str, Any], ...]:
         column = self._state.model.columns[self._state.column]

@@ -45,7 +45,7 @@ def told(value: float, unit: str, digits: int = 4) -> str:
 def duration(seconds: float) -> str:
     """Return a time for people."""
     if seconds < 1.0:
-        return f"{1000.0 * seconds:.2g} ms"
+        return f"{1000.0 * seconds:.0f} ms"
     for size, word in ((86_400.0, "days"), (3600.0, "h"), (60.0, "min")):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.0f} {word}"
