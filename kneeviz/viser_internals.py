@@ -38,6 +38,10 @@ _guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
 
 Reject = Callable[[int, Any, str], None]
 """Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
+Arrival = Callable[[int, Any], None]
+"""Called with the client's number and the value that it sent."""
+_arrivals: "weakref.WeakKeyDictionary[Any, dict[str, Arrival]]" = weakref.WeakKeyDictionary()
+"""What is called when a browser sends a widget's value, by `gui` and the widget's id."""
 
 _FLAT_CAMERA = """
   c.minAzimuthAngle = c.maxAzimuthAngle = Math.PI;
@@ -156,9 +160,22 @@ def _guard_values(gui: Any, reject: Reject) -> None:
         if fault is not None:
             reject(client_id, handle, fault)
             return
+        value = type(handle.value)(message.updates["value"])
         await take(client_id, message)
+        arrival = _arrivals.get(gui, {}).get(message.uuid)
+        if arrival is not None:
+            arrival(client_id, value)
 
     gui._websock_interface.register_handler(messages.GuiUpdateMessage, checked)
+
+
+def on_arrival(handle: Any, call: Arrival) -> None:
+    """Have `call` called, on viser's event loop, with each value of a widget from a browser.
+
+    viser's own callbacks read the value from the widget, where another thread may have set a
+    different one since it arrived, and are not called if another has just set the same.
+    """
+    _arrivals.setdefault(handle._impl.gui_api, {})[widget_id(handle)] = call
 
 
 def _guard_uploads(gui: Any, reject: Reject) -> None:
@@ -318,6 +335,7 @@ __all__ = [
     "is_own_server",
     "know_array_types",
     "number_fault",
+    "on_arrival",
     "refuse_tunnel",
     "set_camera_lock",
     "skip_client_build",

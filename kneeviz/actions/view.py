@@ -1,5 +1,6 @@
 """Motion, cameras and looks. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,10 @@ from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.views.scene import camera
 from kneeviz.views.tabs.look import MODES
+
+_CROSSING_SECONDS = 0.5
+"""For so long may what we set the position slider to be on its way to a browser whose visitor has
+moved it meanwhile: then his value must follow, or his slider stays at ours."""
 
 
 def _play(page: Page, value: Asked) -> None:
@@ -27,6 +32,10 @@ def set_playing(page: Page, playing: bool) -> None:
 def _position(page: Page, value: Asked) -> None:
     set_playing(page, False)
     page.playback.set_share(float(value.value) / 100.0)
+    handle = page.view.transport.position
+    if time.monotonic() - page.mirrored_at < _CROSSING_SECONDS:
+        handle.value = value.value
+        viser_internals.force_value(page.target.gui, handle)
 
 
 def _mode(page: Page, value: Asked) -> None:

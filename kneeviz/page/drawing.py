@@ -110,6 +110,7 @@ class Drawing:
         value = round(100.0 * self._page.playback.share, 1)
         if handle.value != value:
             handle.value = value
+            self._page.mirrored_at = time.monotonic()
 
     def _show_numbers(self, shown: Shown) -> None:
         page, state, error = self._page, self._page.state, None

@@ -81,6 +81,8 @@ class Page:
         """When to bring sliders and surrogate to bounds that moved, s of `time.monotonic`."""
         self.edited_at: float = -math.inf
         """When a slider was last moved, s of `time.monotonic`."""
+        self.mirrored_at: float = -math.inf
+        """When the position slider was last set by us, s of `time.monotonic`."""
         self.shown_stale: bool = False
         """Whether the page says that its result belongs to other bounds."""
         self.touched: bool = True
