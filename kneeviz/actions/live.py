@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from kneecore import Knee, KneecoreError, SearchSettings
 from kneeviz.actions.result import show_result, take_result
@@ -108,12 +107,7 @@ def _live_found(page: Page, value: LiveFound) -> None:
     _tell(page, IMPROVING_NOTE if band is None else live_note(band.text))
 
 
-def _live_settings(_page: Page, _value: Any) -> None:
-    """Wake the worker, which then follows."""
-
-
 ACTIONS: dict[str, Callable[..., None]] = {
     "live": _live,
-    "live_settings": _live_settings,
     "live_found": _live_found,
 }

@@ -40,10 +40,26 @@ def take_result(page: Page, result: SearchResult, *, reveal: bool = True) -> Non
     show_result(page)
 
 
+def forget_result(page: Page) -> None:
+    """Show no result any more, and offer nothing of it."""
+    page.state.forget_result()
+    page.show_overlay(False)
+    tab, preset = page.view.search, page.view.knee.preset
+    tab.overlay.visible = tab.adopt.visible = False
+    if preset.value in WORST:
+        preset.value = OWN_KNEE
+    preset.options = (OWN_KNEE, BASELINE, *PRESETS, RANDOM)
+    for handle in page.view.files.result.values():
+        handle.disabled = True
+    show_result(page)
+
+
 def show_result(page: Page) -> None:
     """Write what the last search found, greyed if the bounds have changed since."""
     result, view = page.state.result, page.view
     if result is None:
+        for handle in (view.search.found, view.search.table, view.found, view.files.command):
+            handle.content = ""
         return
     page.shown_stale = stale = page.is_stale
     style = "opacity:.45" if stale else ""

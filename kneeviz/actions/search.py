@@ -77,7 +77,8 @@ def _cancel(page: Page, value: Asked | None) -> None:
         page.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
-def _method(page: Page, _value: Asked) -> None:
+def _setting(page: Page, _value: Asked | None, _name: str) -> None:
+    """Shut what the method has none of; whoever follows the settings looks at them by himself."""
     page.view.search.show_method()
 
 
@@ -91,5 +92,5 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "search_done": _done,
     "cancel": _cancel,
     "adopt": _adopt,
-    "method": _method,
+    "setting": _setting,
 }

@@ -13,9 +13,10 @@ from kneeviz.actions import (
     methods,
     search,
     study,
+    undo,
     view,
 )
-from kneeviz.jobs.messages import Asked
+from kneeviz.jobs.messages import asked_by
 from kneeviz.page.page import Page
 
 
@@ -34,14 +35,10 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **study.ACTIONS,
     **landscape.ACTIONS,
     **lesson.ACTIONS,
+    **undo.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""
-
-
-def asked_by(value: Any) -> int | None:
-    """Return the number of the client whose widget asked, or None."""
-    return value.client_id if isinstance(value, Asked) else None
 
 
 def moves_a_slider(key: Hashable) -> bool:

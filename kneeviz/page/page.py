@@ -20,6 +20,7 @@ from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
 from kneeviz.state.live import LiveState
@@ -28,6 +29,7 @@ from kneeviz.state.motion import Knees, Motion, Poses
 from kneeviz.state.playback import Playback
 from kneeviz.state.search import SearchState
 from kneeviz.state.shown import Band
+from kneeviz.state.snapshot import Snapshot
 from kneeviz.state.study import StudyState
 from kneeviz.views.html.pieces import status
 from kneeviz.views.view import View
@@ -70,6 +72,7 @@ class Page:
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
+        self.history = History(self.snapshot())
         self.band: Band | None = None
         """The sampling band behind the curves."""
         self.lesson: int | None = None
@@ -121,6 +124,19 @@ class Page:
     def poses(self) -> Poses:
         """The poses on screen: the visitor's knee and both worst cases, at one moment."""
         return self.motion.poses(self.state, self.knees, self.playback)
+
+    def snapshot(self) -> Snapshot:
+        """Return what a visitor may change and want back, as it is now."""
+        state = self.state
+        return Snapshot(
+            knee=state.knee,
+            bounds=state.bounds,
+            x=state.x,
+            result=None if self.live.on else state.result,
+            overlay=self.overlay,
+            live=self.live.on,
+            settings=self.view.settings,
+        )
 
     def advance(self, now: float) -> None:
         """Carry on what moves; `now` is in s of `time.monotonic`."""

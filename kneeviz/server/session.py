@@ -11,8 +11,9 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, live, methods, study, table
+from kneeviz.actions import landscape, live, methods, study, table, undo
 from kneeviz.actions.result import show_result
+from kneeviz.jobs.messages import asked_by
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.page import Clients, Page, Target
@@ -122,9 +123,10 @@ class Session:
         except Exception as error:
             _LOG.exception("%s failed", key)
             self._say_failed(error)
-            client_id = table.asked_by(value)
+            client_id = asked_by(value)
             if client_id is not None:
                 self.page.notices.tell(client_id, "That did not work", str(error)[:300])
+        undo.note(self.page, key, value)
 
     def _failed(self, error: Exception) -> None:
         self._say_failed(error)

@@ -170,6 +170,18 @@ class KneeState:
         if not keep_surrogate:
             self.surrogate = self.predicted = None
 
+    def take_box(self, knee: KneeFile, bounds: Bounds) -> None:
+        """Take a baseline and bounds around it; the visitor's knee stays as it is.
+
+        Raises
+        ------
+        ParameterError
+            If no knee fits the bounds; nothing has changed then.
+        """
+        self.space = bounds.space(knee)
+        self.knee, self.bounds = knee, bounds
+        self.surrogate = self.predicted = None
+
     def solve_baseline(self) -> None:
         """Run kneecore for the baseline knee."""
         self.baseline = self.solve(self.space.baseline)
@@ -190,6 +202,10 @@ class KneeState:
             sweep = sweep_of(x, response, strain_free=recomputed and len(x) == len(NAMES))
             worst.append(Solved(x=x, response=response, sweep=sweep))
         self.result, self.worst = result, (worst[0], worst[1])
+
+    def forget_result(self) -> None:
+        """Have no result any more."""
+        self.result, self.worst = None, (None, None)
 
     @property
     def training_curves(self) -> FloatArray | None:

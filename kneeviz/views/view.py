@@ -20,6 +20,7 @@ from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.html.readout import legend, readout
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
+from kneeviz.views.tabs.events import on_value
 from kneeviz.views.tabs.files import FilesTab
 from kneeviz.views.tabs.knee import KneeTab
 from kneeviz.views.tabs.learn import LearnTab
@@ -97,6 +98,21 @@ class View:
             self.look = LookTab(gui, post)
         with tabs.add_tab("Files"):
             self.files = FilesTab(gui, post)
+        self.setting_handles = self.search.settings_by_name | self.study.settings_by_name
+        for name, handle in self.setting_handles.items():
+            on_value(handle, post, ("setting", name))
+
+    @property
+    def settings(self) -> tuple[tuple[str, Any], ...]:
+        """The values of all settings of searches and studies, by name."""
+        return tuple((name, handle.value) for name, handle in self.setting_handles.items())
+
+    def set_settings(self, settings: tuple[tuple[str, Any], ...]) -> None:
+        """Set all settings to values that `settings` has told."""
+        for name, value in settings:
+            if self.setting_handles[name].value != value:
+                self.setting_handles[name].value = value
+        self.search.show_method()
 
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""

@@ -74,7 +74,7 @@ def test_the_one_who_moved_it_is_told_after_what_crossed_his_hand(page, visitor,
     handle = page.view.transport.position
     pause(visitor, page)
     page.playback.set_share(0.9)
-    page.post("live_settings")
+    page.post(("setting", "search.seed"))
     visitor.wait(lambda c: c.values[widget(handle)] == pytest.approx(90.0))
     time.sleep(0.1)  # nothing of the session's is on its way any more
     visitor.set(widget(handle), 20.0)

@@ -16,3 +16,13 @@ def on_value(handle: Any, post: Post, key: Hashable) -> None:
 
 on_press = on_value
 """A button's value is that it was pressed; a group's, which of its buttons."""
+
+
+def on_command(handle: Any, post: Post, key: Hashable) -> None:
+    """Post an `Asked` under `key` whenever a browser gives the command."""
+
+    async def given(event: Any) -> None:
+        if event.client_id is not None:
+            post(key, Asked(handle, event.client_id, True))
+
+    handle.on_trigger(given)
