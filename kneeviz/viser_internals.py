@@ -300,7 +300,11 @@ def update_fault(handle: Any, updates: Any) -> str | None:
         return "only its value can be changed"
     if getattr(handle, "disabled", False):
         return "it cannot be used now"
-    value = updates["value"]
+    return value_fault(handle, updates["value"])
+
+
+def value_fault(handle: Any, value: Any) -> str | None:
+    """Return why a widget cannot have a value that somebody else has told, or None."""
     if isinstance(handle, handles.GuiSliderHandle | handles.GuiNumberHandle):
         return number_fault(value, handle.min, handle.max)
     if isinstance(handle, handles.GuiButtonGroupHandle | handles.GuiDropdownHandle):
@@ -343,6 +347,7 @@ __all__ = [
     "unfinished_uploads",
     "update_fault",
     "upload_fault",
+    "value_fault",
     "watch_charts",
     "widget_id",
 ]

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Hashable
 from typing import Any
 
+from kneecore import FileFormatError
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
@@ -11,6 +12,7 @@ from kneeviz.jobs.messages import Asked, asked_by
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
 from kneeviz.state.snapshot import Snapshot
+from kneeviz.views.html.pieces import escape
 from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
 
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
@@ -19,11 +21,26 @@ _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 
 def note(page: Page, key: Hashable, value: Any) -> None:
     """Keep the state of a page after something was done under `key`, if it has changed."""
-    name = key[0] if isinstance(key, tuple) else key
+    name, present = key[0] if isinstance(key, tuple) else key, page.snapshot()
     if name in _FOLLOWS:
-        page.history.amend(page.snapshot())
-        return
-    page.history.record(page.snapshot(), who=asked_by(value), what=key, now=time.monotonic())
+        is_new = page.history.amend(present)
+    else:
+        is_new = page.history.record(
+            present, who=asked_by(value), what=_moved(key, value), now=time.monotonic()
+        )
+    if is_new:
+        _keep(page)
+
+
+def _keep(page: Page) -> None:
+    if page.keep is not None:
+        page.keep(page.history.present)
+
+
+def _moved(key: Hashable, value: Any) -> Hashable | None:
+    """Return `key` if it is of a slider or a number, which a hand moves on; None otherwise."""
+    moves = isinstance(value, Asked) and type(value.value) in (int, float)
+    return key if moves else None
 
 
 def restore(page: Page, wanted: Snapshot) -> None:
@@ -59,6 +76,22 @@ def _restore_result(page: Page, wanted: Snapshot) -> None:
     page.show_overlay(wanted.overlay)
 
 
+def open_as_left(page: Page, left: Snapshot) -> None:
+    """Open a page in the state in which it was left; one step back is where it began.
+
+    Raises
+    ------
+    FileFormatError
+        If the page has no such settings.
+    """
+    fault = page.view.settings_fault(left.settings)
+    if fault is not None:
+        raise FileFormatError(f"the state's `settings`: {fault}")
+    restore(page, left)
+    page.history.record(page.snapshot(), who=None, what=None, now=time.monotonic())
+    page.history.rest()
+
+
 def _step(page: Page, value: Asked | None, wanted: Snapshot | None, name: str) -> None:
     if wanted is None:
         if value is not None:
@@ -67,6 +100,7 @@ def _step(page: Page, value: Asked | None, wanted: Snapshot | None, name: str) -
     changes = wanted.changes_from(page.snapshot())
     restore(page, wanted)
     page.history.amend(page.snapshot())
+    _keep(page)
     page.say(f"{name.capitalize()}: {', '.join(changes)}.")
 
 
@@ -87,6 +121,10 @@ def _start_over(page: Page, _value: Asked | None) -> None:
     page.say("Started over: knee, bounds and settings as at first. Undo brings yours back.")
 
 
+def _not_kept(page: Page, why: str) -> None:
+    page.say(f"The state is not kept: {escape(why)}", "bad")
+
+
 def _change(page: Page, value: Asked) -> None:
     {UNDO: _undo, REDO: _redo, START_OVER: _start_over}[value.value](page, value)
 
@@ -96,4 +134,5 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "redo": _redo,
     "start_over": _start_over,
     "change": _change,
+    "not_kept": _not_kept,
 }

@@ -72,7 +72,9 @@ class Page:
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
-        self.history = History(self.snapshot())
+        self.keep: Callable[[Snapshot], None] | None = None
+        """Takes each new state, where it is kept beyond the page."""
+        self.begin()
         self.band: Band | None = None
         """The sampling band behind the curves."""
         self.lesson: int | None = None
@@ -124,6 +126,10 @@ class Page:
     def poses(self) -> Poses:
         """The poses on screen: the visitor's knee and both worst cases, at one moment."""
         return self.motion.poses(self.state, self.knees, self.playback)
+
+    def begin(self) -> None:
+        """Let the present state be the one where the page began."""
+        self.history = History(self.snapshot())
 
     def snapshot(self) -> Snapshot:
         """Return what a visitor may change and want back, as it is now."""

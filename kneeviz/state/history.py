@@ -23,9 +23,9 @@ class _Gesture:
     parts: set[tuple[int | None, Hashable]] = field(default_factory=set)
     """Who, with what."""
 
-    def goes_on(self, who: int | None, what: Hashable, now: float) -> bool:
+    def goes_on(self, who: int | None, what: Hashable | None, now: float) -> bool:
         """Tell whether a change belongs to it: the same again, or that of another visitor."""
-        if not self.parts or now - self.last > PAUSE:
+        if what is None or not self.parts or now - self.last > PAUSE:
             return False
         return (who, what) in self.parts or who not in {visitor for visitor, _ in self.parts}
 
@@ -45,7 +45,9 @@ class History:
         self._future: list[Snapshot] = []
         self._gesture = _Gesture()
 
-    def record(self, state: Snapshot, *, who: int | None, what: Hashable, now: float) -> bool:
+    def record(
+        self, state: Snapshot, *, who: int | None, what: Hashable | None, now: float
+    ) -> bool:
         """Make `state` the present one; return whether it differs from the last.
 
         The changes of one drag are one step, and so are those of two visitors who drag at the
@@ -56,8 +58,8 @@ class History:
         state : Snapshot
         who : int or None
             The visitor's number.
-        what : hashable
-            The widget, or whatever has changed the page.
+        what : hashable or None
+            The slider or number that is being moved; None for a change that is over at once.
         now : float
             s of `time.monotonic`.
         """
@@ -66,8 +68,9 @@ class History:
         if not self._gesture.goes_on(who, what, now):
             self._past = [*self._past[1 - DEEPEST :], self.present]
             self._gesture = _Gesture()
-        self._gesture.last = now
-        self._gesture.parts.add((who, what))
+        if what is not None:
+            self._gesture.last = now
+            self._gesture.parts.add((who, what))
         self.present = state
         self._future.clear()
         if state.same_as(self._past[-1]):  # back where the drag began

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import ParameterSpace
+from kneeviz import viser_internals
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.jobs.messages import Post
 from kneeviz.state.knee import KneeState
@@ -106,6 +107,17 @@ class View:
     def settings(self) -> tuple[tuple[str, Any], ...]:
         """The values of all settings of searches and studies, by name."""
         return tuple((name, handle.value) for name, handle in self.setting_handles.items())
+
+    def settings_fault(self, settings: tuple[tuple[str, Any], ...]) -> str | None:
+        """Return what is wrong with settings that somebody else has told, or None."""
+        for name, value in settings:
+            handle = self.setting_handles.get(name)
+            if handle is None:
+                return f"{name[:60]!r} is unknown"
+            fault = viser_internals.value_fault(handle, value)
+            if fault is not None:
+                return f"{name}: {fault}"
+        return None
 
     def set_settings(self, settings: tuple[tuple[str, Any], ...]) -> None:
         """Set all settings to values that `settings` has told."""
