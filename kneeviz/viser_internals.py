@@ -36,8 +36,9 @@ _MOST_SLACK = 1e-3
 _guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
 """The `gui` objects whose unfinished uploads are counted together."""
 
-Reject = Callable[[int, Any, str], None]
-"""Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
+Reject = Callable[[int, Any, str, Any], None]
+"""Called with the client's number, the widget (None if unknown), what is wrong, in words, and the
+value that was sent, if it was one."""
 Arrival = Callable[[int, Any], None]
 """Called with the client's number and the value that it sent."""
 _arrivals: "weakref.WeakKeyDictionary[Any, dict[str, Arrival]]" = weakref.WeakKeyDictionary()
@@ -158,7 +159,7 @@ def _guard_values(gui: Any, reject: Reject) -> None:
             return
         fault = update_fault(handle, message.updates)
         if fault is not None:
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, message.updates.get("value"))
             return
         value = type(handle.value)(message.updates["value"])
         await take(client_id, message)
@@ -197,7 +198,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             fault = "that button cannot be used now"
         if fault is not None:
             _acknowledge(gui, client_id, message)
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, None)
             return
         begin(client_id, message)
         if message.transfer_uuid in gui._current_file_upload_states:
@@ -209,7 +210,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             return
         if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             gui._current_file_upload_states.pop(message.transfer_uuid, None)
-            reject(client_id, None, "the upload is larger than it said")
+            reject(client_id, None, "the upload is larger than it said", None)
             return
         state["touched"] = time.monotonic()
         go_on(client_id, message)

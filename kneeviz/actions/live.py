@@ -78,9 +78,11 @@ def set_live(page: Page, on: bool) -> None:
     page.live = LiveState()
     page.live.on = on
     if on:
+        gave_way = page.state.result is not None
         ready = page.exact_ready
         _tell(page, "Looking for the worst case …" if ready else "Being prepared …")
-        page.say("Live: model 1 is blue, model 2 orange.")
+        replaced = " The last search's pair made way; Undo brings it back." if gave_way else ""
+        page.say(f"Live: model 1 is blue, model 2 orange.{replaced}")
         return
     page.live_search.forget()
     page.show_band(None)

@@ -20,9 +20,9 @@ from kneeviz.jobs.messages import asked_by
 from kneeviz.page.page import Page
 
 
-def _reject(page: Page, value: tuple[int, Any, str], _client: int) -> None:
-    client_id, handle, fault = value
-    page.notices.complain(client_id, handle, fault, now=time.monotonic())
+def _reject(page: Page, value: tuple[int, Any, str, Any], _client: int) -> None:
+    client_id, handle, fault, sent = value
+    page.notices.complain(client_id, handle, fault, sent, now=time.monotonic())
 
 
 ACTIONS: dict[str, Callable[..., None]] = {
@@ -54,5 +54,5 @@ def perform(page: Page, key: Hashable, value: Any) -> None:
     name, *rest = key if isinstance(key, tuple) else (key,)
     client_id = asked_by(value)
     if client_id is not None and name != "reject":
-        page.notices.withdraw(client_id, value.handle)
+        page.notices.withdraw(client_id, value.handle, value.value)
     ACTIONS[name](page, value, *rest)

@@ -4,6 +4,8 @@ import time
 from collections.abc import Callable, Hashable
 from typing import Any
 
+import numpy as np
+
 from kneecore import FileFormatError
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
@@ -18,6 +20,9 @@ from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
 
+_AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn"})
+"""What sets knee and bounds together, as was asked."""
+
 
 def note(page: Page, key: Hashable, value: Any) -> None:
     """Keep the state of a page after something was done under `key`, if it has changed."""
@@ -30,11 +35,25 @@ def note(page: Page, key: Hashable, value: Any) -> None:
         )
     if is_new:
         _keep(page)
+        if name not in _AT_WILL:
+            _tell_what_was_clipped(page, asked_by(value))
 
 
 def _keep(page: Page) -> None:
     if page.keep is not None:
         page.keep(page.history.present)
+
+
+def _tell_what_was_clipped(page: Page, client_id: int | None) -> None:
+    """Tell, once the hand rests, that other bounds have moved the knee."""
+    now, before = page.history.present, page.history.before
+    if before is None or now.knee is not before.knee or now.bounds == before.bounds:
+        return
+    n = np.count_nonzero(now.x != before.x)
+    if n > 0:
+        values = "One value of the knee was" if n == 1 else f"{n} values of the knee were"
+        text = f"{values} beyond the new bounds and set to them. Undo brings the knee back."
+        page.notices.remark(client_id, "Limited", text)
 
 
 def _moved(key: Hashable, value: Any) -> Hashable | None:

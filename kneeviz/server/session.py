@@ -59,9 +59,9 @@ class Session:
         """Ask the worker for something; returns at once."""
         self._worker.mailbox.post(key, value)
 
-    def reject(self, client_id: int, handle: Any, fault: str) -> None:
+    def reject(self, client_id: int, handle: Any, fault: str, sent: Any) -> None:
         """Note that a client's message was turned away; it is told once it stops."""
-        self.post(("reject", client_id), (client_id, handle, fault))
+        self.post(("reject", client_id), (client_id, handle, fault, sent))
 
     # The worker's thread from here on.
 

@@ -174,6 +174,21 @@ class TestSteps:
         visitor.wait(lambda c: "over-extends" in c.props[widget(page.view.found)]["content"])
 
 
+class TestWhatIsLimited:
+    def test_narrower_bounds_tell_once_and_undo_gives_the_knee_back(self, page, visitor):
+        visitor.set(widget(page.view.knee.sliders[ACL_Y]), 0.6)
+        eventually(lambda: page.state.x[ACL_Y] == pytest.approx(0.6e-3))
+        mine = settled(page)
+        for mm in (0.8, 0.6, 0.4):
+            visitor.set(widget(page.view.knee.bounds["geometry_mm"]), mm)
+        eventually(lambda: page.state.bounds.geometry_mm == 0.4)
+        visitor.wait(lambda c: c.notifications)
+        assert "One value of the knee was beyond" in visitor.notifications[0]["props"]["body"]
+        change(visitor, page, UNDO)
+        eventually(lambda: settled(page) == mine)
+        assert len(visitor.notifications) == 1
+
+
 class TestKeptState:
     def test_a_server_that_starts_again_opens_as_it_was_left(self, page, visitor, path):
         began, changes = settled(page), Changes(visitor, page)
