@@ -9,7 +9,6 @@ import numpy as np
 from kneecore import KneecoreError, KneeFile, parameter_table
 from kneecore.knee.parameters import widened
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state import results
@@ -114,7 +113,6 @@ def _bound(page: Page, value: Asked, name: str) -> None:
         if not np.array_equal(state.x, x):
             page.show_knee(state.x, final=True)
         return
-    page.show_band(None)  # it was that of the old bounds
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
@@ -126,7 +124,6 @@ def _settle(page: Page, value: Asked | None) -> None:
     page.settle_at = None
     page.mirror_sliders()
     refit(page, None if value is None else value.client_id)
-    show_result(page)
 
 
 def refit(page: Page, client_id: int | None) -> None:
@@ -159,7 +156,6 @@ def load_knee(page: Page, knee: KneeFile) -> None:
     """Take a knee file: baseline, half-ranges and, if it has them, current values."""
     state = page.state
     state.set_knee(knee)
-    page.show_band(None)
     mirror_bounds(page)
     page.mirror_sliders()
     if page.model_ready:
@@ -167,7 +163,6 @@ def load_knee(page: Page, knee: KneeFile) -> None:
         page.show_knee(state.x, final=True)
     refit(page, None)
     name_knee(page, OWN_KNEE)
-    show_result(page)
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

@@ -7,6 +7,7 @@ import numpy as np
 from kneeviz.actions.view import leave_landscape, place_cameras, restore_cameras
 from kneeviz.geometry.picture import Picture, picture
 from kneeviz.jobs.messages import Asked
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state.landscape import LandscapeFound, free_names
 from kneeviz.views import theme
@@ -44,7 +45,7 @@ def _enter(page: Page) -> None:
     show, view = page.landscape, page.view
     if view.landscape is None:
         view.landscape = LandscapeScene(page.target.scene)
-        view.landscape.paint(theme.palette(view.dark))
+        view.landscape.paint(view.colours)
     show.cameras = {
         number: (client.camera.position, client.camera.look_at)
         for number, client in page.clients().items()
@@ -81,27 +82,24 @@ def _draw(page: Page) -> None:
     show, view = page.landscape, page.view
     if show.found is None or view.landscape is None:
         return
-    state = page.state
     made_of = (
         show.found,
         show.height,
         show.zoom,
         view.dark,
-        state.result,
-        page.is_stale,
+        page.state.result,
+        belonging.changed(page, belonging.LANDSCAPE),
     )
     if made_of == show.drawn:
         return
     show.drawn = made_of
     shown = picture_of(page)
-    colours = theme.palette(view.dark)
-    view.landscape.paint(colours)
     title = height_title(show.height)
     with page.target.atomic():
         view.landscape.draw(shown, title=title, zoom=show.zoom)
-    view.study.key.content = landscape_key(
-        show.found[1], shown, show.height, colours, zoom=show.zoom
-    )
+    colours = theme.palette(view.dark)
+    key = landscape_key(show.found[1], shown, show.height, colours, zoom=show.zoom)
+    belonging.write(page, "study.key", key)
 
 
 def picture_of(page: Page) -> Picture:
@@ -109,9 +107,9 @@ def picture_of(page: Page) -> Picture:
     assert page.landscape.found is not None
     asked, found = page.landscape.found
     state, worst = page.state, []
-    # Older bounds are another box: their worst cases have no place in this one.
-    if state.result is not None and not page.is_stale:
-        pair = (k for k in state.worst if k is not None)
+    # Worst cases of other bounds have no place in this box.
+    pair = [k for k in state.worst if k is not None]
+    if pair and pair[0].origin.same_box(asked.origin):
         worst = [(k.x, np.degrees(k.response.flexion)) for k in pair]
     return picture(
         found,

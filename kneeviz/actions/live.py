@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from kneecore import Knee, KneecoreError, SearchSettings
-from kneeviz.actions.result import show_result, take_result
+from kneeviz.actions.result import take_result
 from kneeviz.jobs.live_search import LiveFound
 from kneeviz.jobs.live_worst_case import LiveRequest
 from kneeviz.jobs.messages import Asked
@@ -30,7 +30,6 @@ def follow(page: Page) -> float | None:
     if live.slow_at is not None and time.monotonic() >= live.slow_at:
         live.slow, live.slow_at = True, None
         page.show_band(None)
-        show_result(page)
         _tell(page, "Bounds this wide take longer. Looking for their worst case …")
     return live.slow_at
 
@@ -60,7 +59,6 @@ def _give_up(page: Page, why: str) -> None:
     page.live.shown = False
     page.show_band(None)
     page.show_overlay(False)
-    show_result(page)
     _tell(page, f"No worst case to show: {escape(why[:200])}")
 
 
@@ -86,8 +84,8 @@ def set_live(page: Page, on: bool) -> None:
         return
     page.live_search.forget()
     page.show_band(None)
-    show_result(page)
     tab.live_note.content = ""
+    page.say("Live is off: its last pair stands.")
 
 
 def _live_found(page: Page, value: LiveFound) -> None:

@@ -78,7 +78,6 @@ def _restore_box(page: Page, wanted: Snapshot) -> None:
     if wanted.knee is state.knee and wanted.bounds == state.bounds:
         return
     state.take_box(wanted.knee, wanted.bounds)
-    page.show_band(None)
     mirror_bounds(page)
     if page.model_ready:
         state.solve_baseline()

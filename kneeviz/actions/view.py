@@ -7,7 +7,6 @@ from typing import Any
 import viser
 
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
@@ -128,9 +127,6 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
 
 def _dark(page: Page, value: Asked) -> None:
     page.view.repaint(page.target.gui, bool(value.value))
-    page.show_legends()
-    show_result(page)
-    page.touched = True
 
 
 def _forces(page: Page, value: Asked) -> None:

@@ -88,8 +88,8 @@ class Page:
         """When a slider was last moved, s of `time.monotonic`."""
         self.mirrored_at: float = -math.inf
         """When the position slider was last set by us, s of `time.monotonic`."""
-        self.shown_stale: bool = False
-        """Whether the page says that its result belongs to other bounds."""
+        self.standing: object = None
+        """What was drawn last of what belongs to what; see `kneeviz.actions.standing`."""
         self.touched: bool = True
         """Whether the charts' content, beyond the markers, is to be drawn anew."""
         self.unsolved: bool = False
@@ -110,11 +110,6 @@ class Page:
     def moving(self) -> bool:
         """Whether the picture changes by itself."""
         return self.model_ready and (self.playback.playing or self.animation.running)
-
-    @property
-    def is_stale(self) -> bool:
-        """Whether the result on the page belongs to other bounds than those set now."""
-        return self.state.result_is_stale and not self.live.keeps_up
 
     @property
     def knees(self) -> Knees:
@@ -212,19 +207,13 @@ class Page:
             self.animation.start_fade(time.monotonic())
             self.view.scene.fade_overlays(0.0)
         self.overlay = shown
-        self.show_legends()
         self.touched = True
         self.motion.forget()
 
     def show_band(self, band: Band | None) -> None:
         """Draw a sampling band behind the curves, or none."""
         self.band = band
-        self.show_legends()
         self.touched = True
-
-    def show_legends(self) -> None:
-        """Write the charts' keys."""
-        self.view.show_legends(self.overlay, self.band)
 
     def glide_to(self, moment: float) -> None:
         """Turn the knee smoothly to where it rests under a moment, N m."""

@@ -11,8 +11,7 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, live, methods, study, table, undo
-from kneeviz.actions.result import show_result
+from kneeviz.actions import landscape, live, methods, standing, study, table, undo
 from kneeviz.jobs.messages import asked_by
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.page.drawing import Drawing
@@ -47,7 +46,6 @@ class Session:
     def start(self) -> None:
         """Draw the knee and start the worker."""
         self.drawing.draw_load_free()
-        self.page.show_legends()
         self._worker.start()
 
     def stop(self) -> None:
@@ -76,9 +74,9 @@ class Session:
         if page.settle_at is not None and now >= page.settle_at:
             self._perform("settle", None)
         slow_at = live.follow(page)
-        if actions and page.shown_stale != page.is_stale:
-            show_result(page)
         page.advance(now)
+        if actions or page.touched or was_moving:
+            standing.follow(page)
         held, page.held = page.held, False
         news = page.touched or was_moving or page.moving or (bool(actions) and not held)
         if page.model_ready and news:

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from kneecore import ParameterSpace
 from kneeviz import viser_internals
-from kneeviz.geometry.mechanism import Pose
 from kneeviz.jobs.messages import Post
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import free_names
@@ -18,7 +17,7 @@ from kneeviz.views.charts.curves import CurveChart
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
-from kneeviz.views.html.readout import legend, readout
+from kneeviz.views.html.readout import legend
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_value
@@ -42,6 +41,8 @@ class View:
     def __init__(self, target: Any, post: Post, state: KneeState) -> None:
         gui = target.gui
         self.dark = False
+        self.faded: frozenset[str] = frozenset()
+        """What is drawn in faded colours, since it belongs to a state that is over."""
         gui.configure_theme(
             show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=False
         )
@@ -129,27 +130,38 @@ class View:
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""
         self.dark = dark
-        colours = theme.palette(dark)
         gui.configure_theme(
             show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=dark
         )
-        self.scene.dark = dark
-        self.scene.repaint()
+        self._paint()
+
+    @property
+    def colours(self) -> theme.Palette:
+        """The theme's colours, faded where what they draw belongs to a state that is over."""
+        return theme.faded(theme.palette(self.dark), self.faded)
+
+    def fade(self, faded: frozenset[str]) -> None:
+        """Draw some things in faded colours, and all others in their own."""
+        if faded != self.faded:
+            self.faded = faded
+            self._paint()
+
+    def _paint(self) -> None:
+        colours = self.colours
+        self.scene.paint(colours)
+        if self.landscape is not None:
+            self.landscape.paint(colours)
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
     def show_legends(self, overlays: bool, band: Band | None) -> None:
         """Write the charts' keys."""
-        colours = theme.palette(self.dark)
+        colours = self.colours
         self.curve_legend.content = legend(
             colours, overlays=overlays, curve=True, band=None if band is None else band.text
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)
-
-    def show_readout(self, pose: Pose) -> None:
-        """Write angle, moment and tensions of the pose on screen."""
-        self.transport.readout.content = readout(pose, theme.palette(self.dark))
 
     def show_other_charts(self, shown: Shown, markers: Markers) -> None:
         """Feed the charts behind the first tab, which may be fed less often."""
@@ -160,7 +172,7 @@ class View:
         self, space: ParameterSpace, knees: tuple[FloatArray | None, ...], precision: int = 2
     ) -> None:
         """Write the parameters side by side: baseline, the visitor's knee, model 1 and 2."""
-        colours = theme.palette(self.dark)
+        colours = self.colours
         labels = ("baseline", "yours", "model 1", "model 2")
         hues = (colours.baseline, colours.current, colours.model_1, colours.model_2)
         entries = list(zip(labels, hues, knees, strict=True))
