@@ -10,6 +10,7 @@ from kneeviz.jobs.messages import Asked
 from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state.landscape import LandscapeFound, free_names
+from kneeviz.state.origin import of_found
 from kneeviz.views import theme
 from kneeviz.views.html.labels import HEIGHTS, height_title, with_unit
 from kneeviz.views.html.landscape import landscape_key
@@ -108,8 +109,8 @@ def picture_of(page: Page) -> Picture:
     asked, found = page.landscape.found
     state, worst = page.state, []
     # Worst cases of other bounds have no place in this box.
-    pair = [k for k in state.worst if k is not None]
-    if pair and pair[0].origin.same_box(asked.origin):
+    if state.result is not None and of_found(state.result).same_box(asked.origin):
+        pair = (k for k in state.worst if k is not None)
         worst = [(k.x, np.degrees(k.response.flexion)) for k in pair]
     return picture(
         found,

@@ -43,6 +43,14 @@ def start_search(page: Page, search_space: SearchSpace, client_id: int | None) -
     job.start()
 
 
+def stop_search(page: Page) -> None:
+    """End a search that runs, and want nothing of it."""
+    if page.search.job is not None:
+        page.search.job.cancel()
+        page.search = SearchState()
+        page.view.search.set_running(False)
+
+
 def _progress(page: Page, news: JobProgress) -> None:
     if news.job is not page.search.job:
         return

@@ -212,11 +212,13 @@ def refresh(page: Page) -> None:
 
 
 def _draw_band(page: Page) -> None:
-    """Draw the sampling's band if it is wanted and there is no other that fits."""
-    study, of_study = page.study, page.band is not None and page.band is page.study.band
-    if study.with_band and (page.band is None or not belonging.fits(page, belonging.BAND)):
+    """Draw the sampling's band where no other is that fits; take it away if it is not wanted."""
+    study, drawn = page.study, belonging.band(page)
+    fits = study.sampled is not None and belonging.fits(page, belonging.SAMPLING)
+    wanted = fits and study.with_band
+    if wanted and drawn is None:
         page.show_band(study.band)
-    elif of_study and not study.with_band:
+    elif page.band is not None and page.band is study.band and not wanted:
         page.show_band(None)
 
 

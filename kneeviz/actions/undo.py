@@ -10,6 +10,7 @@ from kneecore import FileFormatError
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
+from kneeviz.actions.search import stop_search
 from kneeviz.jobs.messages import Asked, asked_by
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
@@ -40,7 +41,7 @@ def note(page: Page, key: Hashable, value: Any) -> None:
 
 
 def _keep(page: Page) -> None:
-    if page.keep is not None:
+    if page.keep is not None and page.set_aside is None:  # a lesson is nothing to come back to
         page.keep(page.history.present)
 
 
@@ -133,8 +134,7 @@ def _redo(page: Page, value: Asked | None) -> None:
 def _start_over(page: Page, _value: Asked | None) -> None:
     """Go back to where the page began; a step like others, so that it can be undone."""
     page.history.rest()
-    if page.search.job is not None:
-        page.search.job.cancel()
+    stop_search(page)
     restore(page, page.history.start)
     page.say("Started over: knee, bounds and settings as at first. Undo brings yours back.")
 

@@ -23,6 +23,7 @@ from kneeviz.state.bounds import SCALE, WIDTH
 from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
+from kneeviz.state.lesson import SetAside
 from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
 from kneeviz.state.motion import Knees, Motion, Poses
@@ -79,6 +80,8 @@ class Page:
         """The sampling band behind the curves."""
         self.lesson: int | None = None
         """The lesson's open step."""
+        self.set_aside: SetAside | None = None
+        """What the visitor had before the lesson."""
         self.model_ready: bool = False
         self.surrogate_ready: bool = False
         self.exact_ready: bool = False

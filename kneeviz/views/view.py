@@ -103,6 +103,7 @@ class View:
         self.setting_handles = self.search.settings_by_name | self.study.settings_by_name
         for name, handle in self.setting_handles.items():
             on_value(handle, post, ("setting", name))
+        self.first_settings = self.settings
 
     @property
     def settings(self) -> tuple[tuple[str, Any], ...]:
