@@ -238,15 +238,5 @@ class KneeState:
 
     def knee_text(self) -> str:
         """Return the baseline, its half-ranges and the visitor's knee as a knee file."""
-        # The lower side: Poisson's upper bound may have been clipped.
-        half = self.space.baseline - self.space.lower
-        half = np.where(self.space.free, half, widened(self.knee.half_ranges, len(half)))
-        plain = not self.x[len(NAMES) :].any() and len(half) == len(NAMES)
-        return kneecore.dump_knee(
-            baseline=self.space.baseline,
-            half_ranges=half,
-            sources=self.knee.sources,
-            current=self.x[: len(NAMES)] if plain else self.x,
-            title=self.knee.title,
-            note=self.knee.note,
-        )
+        plain = not self.x[len(NAMES) :].any() and len(self.space.lower) == len(NAMES)
+        return self.space.to_toml(self.x[: len(NAMES)] if plain else self.x)
