@@ -8,8 +8,9 @@ from kneeviz.page.page import Page
 
 def follow(page: Page) -> None:
     """Grey, fade or leave out together what does not belong to the state; cheap if all is done."""
+    standing = belonging.standing(page)
     now = (
-        belonging.standing(page),
+        standing,
         page.state.result,
         page.band,
         (page.overlay, page.live.on, page.view.dark),
@@ -17,7 +18,7 @@ def follow(page: Page) -> None:
     if now == page.standing:
         return
     page.standing = now
-    page.view.fade(belonging.faded(page))
+    page.view.fade(belonging.faded(standing))
     page.view.show_legends(page.overlay, belonging.band(page))
     show_result(page)
     for subject in (study, methods, landscape):

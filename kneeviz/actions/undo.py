@@ -11,6 +11,7 @@ from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
 from kneeviz.actions.search import stop_search
+from kneeviz.actions.view import set_overlay
 from kneeviz.jobs.messages import Asked, asked_by
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
@@ -92,7 +93,7 @@ def _restore_result(page: Page, wanted: Snapshot) -> None:
         forget_result(page)
         return
     take_result(page, wanted.result, reveal=False)
-    page.show_overlay(wanted.overlay)
+    set_overlay(page, wanted.overlay)
 
 
 def open_as_left(page: Page, left: Snapshot) -> None:

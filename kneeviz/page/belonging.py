@@ -124,14 +124,18 @@ def band(page: Page) -> Band | None:
     return page.band if fits(page, BAND) else None
 
 
-def standing(page: Page) -> dict[str, tuple[str, ...]]:
+Standing = dict[str, tuple[str, ...]]
+"""What has changed since each subject was computed."""
+
+
+def standing(page: Page) -> Standing:
     """Return what has changed since each subject was computed."""
     return {subject: changed(page, subject) for subject in _ORIGINS}
 
 
-def faded(page: Page) -> frozenset[str]:
+def faded(now: Standing) -> frozenset[str]:
     """Return the subjects whose lines, bones and sheets fade."""
-    return frozenset(s for s in (KNEE, WORST, LANDSCAPE) if not fits(page, s))
+    return frozenset(subject for subject in (KNEE, WORST, LANDSCAPE) if now[subject])
 
 
 def write(page: Page, place: str, content: str, *, of: str | None = None, since: str = "") -> None:

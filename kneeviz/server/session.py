@@ -75,7 +75,7 @@ class Session:
             self._perform("settle", None)
         slow_at = live.follow(page)
         page.advance(now)
-        if actions or page.touched or was_moving:
+        if actions or page.touched:
             standing.follow(page)
         held, page.held = page.held, False
         news = page.touched or was_moving or page.moving or (bool(actions) and not held)

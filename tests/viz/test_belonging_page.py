@@ -159,6 +159,6 @@ def test_the_lesson_has_a_state_of_its_own_and_gives_the_visitors_back(found, vi
     eventually(lambda: page.lesson == 7)
     press(visitor, learn.turn, "Next")
     eventually(lambda: page.lesson is None and page.snapshot().same_as(mine))
-    assert page.history is history
+    eventually(lambda: page.history is history and page.history.present.same_as(mine))
     press(visitor, page.view.transport.change, "Undo")
     eventually(lambda: page.state.x[ACL_Y] != mine.x[ACL_Y])

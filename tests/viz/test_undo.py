@@ -1,6 +1,7 @@
 """Undo, redo, start over and the kept state, in the real server."""
 
 import json
+import math
 import re
 
 import numpy as np
@@ -173,8 +174,30 @@ class TestSteps:
         eventually(lambda: settled(page) == mine)
         visitor.wait(lambda c: "over-extends" in c.props[widget(page.view.found)]["content"])
 
+    def test_what_is_shown_of_a_result_goes_back_with_it(self, page, visitor):
+        Changes(visitor, page).search()
+        settled(page)
+        box = widget(page.view.search.overlay)
+        visitor.set(box, False)
+        eventually(lambda: not page.overlay)
+        settled(page)
+        change(visitor, page, UNDO)
+        eventually(lambda: page.overlay and settled(page))
+        visitor.wait(lambda c: c.values[box] is True)
+
 
 class TestWhatIsLimited:
+    @pytest.mark.parametrize("bad", [math.nan, math.inf, -1e9, "1"])
+    def test_nonsense_from_the_wire_leaves_no_step_and_one_line_tells(self, page, visitor, bad):
+        began, view = settled(page), page.view
+        handles = (view.knee.bounds["geometry_mm"], view.transport.position, view.knee.sliders[0])
+        for handle in (*handles, view.search.options.handles["seed"]):
+            visitor.set(widget(handle), bad)
+        visitor.wait(lambda c: c.notifications)
+        assert settled(page) == began
+        assert page.history.before is None
+        assert len(visitor.notifications) == 1
+
     def test_narrower_bounds_tell_once_and_undo_gives_the_knee_back(self, page, visitor):
         visitor.set(widget(page.view.knee.sliders[ACL_Y]), 0.6)
         eventually(lambda: page.state.x[ACL_Y] == pytest.approx(0.6e-3))
