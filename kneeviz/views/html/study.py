@@ -4,11 +4,8 @@ from kneecore import MOMENT, MonteCarloResult
 from kneeviz.state import results
 from kneeviz.views.html.pieces import box, escape, faint, number, table
 
-STALE = "<b>Bounds changed since.</b><br>"
-STALE_STYLE = "opacity:.45"
 
-
-def sampling(found: MonteCarloResult, *, stale: bool) -> str:
+def sampling(found: MonteCarloResult) -> str:
     """Return what a Monte-Carlo study found at the largest moments, failures counted."""
     spread = found.y
     rows = [
@@ -27,10 +24,7 @@ def sampling(found: MonteCarloResult, *, stale: bool) -> str:
         f"<b>{found.n_failed:,} failed</b> (left out), {found.counts['unsettled']:,} not at rest "
         "at some load (kept)." + _marked(found)
     )
-    return box(
-        (STALE if stale else "") + table(head, rows) + faint(note),
-        style=STALE_STYLE if stale else "",
-    )
+    return box(table(head, rows) + faint(note))
 
 
 def _marked(found: MonteCarloResult) -> str:
@@ -44,9 +38,6 @@ def _marked(found: MonteCarloResult) -> str:
     )
 
 
-def judged(words: str, *, stale: bool) -> str:
+def judged(words: str) -> str:
     """Return what became of the paper's claims."""
-    return box(
-        (STALE if stale else "") + f"The paper: {escape(words)}",
-        style=STALE_STYLE if stale else "",
-    )
+    return box(f"The paper: {escape(words)}")
