@@ -388,6 +388,14 @@ class Model(Runner):
         del x
         return ()
 
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many of the points (n, d) bear each of the model's marks, such as "unsettled".
+
+        Empty where a model has none.
+        """
+        del x
+        return {}
+
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return the picture of one point, shape (d,); empty where the model has none."""
         return () if self._draw is None else shapes_of(self._draw, self._points("x", x))

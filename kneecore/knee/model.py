@@ -256,9 +256,7 @@ class Knee(Model):
             counts={
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
-                "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
-                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
-                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
+                **_marks(batch, good),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -278,6 +276,11 @@ class Knee(Model):
             threads=1,
         )
         return list(batch)
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many knees, SI, shape (n, 28), bear each mark at some load."""
+        batch = self.simulate_batch(x)
+        return _marks(batch, ~batch.failed)
 
     def simulate(self, x: ArrayLike) -> Response:
         """Return one knee's response, `x` of shape (28,) or (32,), SI."""
@@ -329,6 +332,15 @@ class Knee(Model):
         It gains time where there is something else to do until the first knee is wanted.
         """
         compile_apart(_IN_MOTION)
+
+
+def _marks(batch: ResponseBatch, chosen: NDArray[np.bool_]) -> dict[str, int]:
+    """Return how many of the chosen knees (n,) bear each mark at some load."""
+    return {
+        "unsettled": int(np.count_nonzero(~batch.settled[chosen].all(axis=1))),
+        "not_at_rest": int(np.count_nonzero(~batch.at_rest[chosen].all(axis=1))),
+        "implausible": int(np.count_nonzero(batch.implausible[chosen].any(axis=1))),
+    }
 
 
 _IN_MOTION = "kneecore.knee.model:_compile_in_motion"
