@@ -383,6 +383,14 @@ class Model(Runner):
         good = np.isfinite(values) & np.isfinite(slopes).all(axis=1)
         return np.where(good, values, -np.inf), np.where(good[:, None], slopes, 0.0), y
 
+    @property
+    def screening(self) -> Self:
+        """The model as a search of very many points may use it: doomed runs may fail early.
+
+        A run that does not fail gives what it always gives.
+        """
+        return self
+
     def responses(self, x: FloatArray) -> Sequence[Any]:
         """Return all that the model tells of each point (n, d); empty where y is all."""
         del x
