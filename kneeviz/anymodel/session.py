@@ -9,7 +9,7 @@ from kneecore import Model
 from kneeviz import viser_internals
 from kneeviz.anymodel.actions import study, table
 from kneeviz.anymodel.page import ModelPage
-from kneeviz.jobs.messages import Asked
+from kneeviz.jobs.messages import asked_by
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.page.page import Clients, Target
 from kneeviz.state.playback import FRAME_SECONDS
@@ -49,9 +49,9 @@ class ModelSession:
         """Ask the worker for something; returns at once."""
         self._worker.mailbox.post(key, value)
 
-    def reject(self, client_id: int, handle: Any, fault: str) -> None:
+    def reject(self, client_id: int, handle: Any, fault: str, sent: Any) -> None:
         """Note that a client's message was turned away; it is told once it stops."""
-        self.post(("reject", client_id), (client_id, handle, fault))
+        self.post(("reject", client_id), (client_id, handle, fault, sent))
 
     # The worker's thread from here on.
 
@@ -75,9 +75,9 @@ class ModelSession:
         except Exception as error:
             _LOG.exception("%s failed", key)
             self._say_failed(error)
-            if isinstance(value, Asked):
-                told = str(error)[:300]
-                self.page.notices.tell(value.client_id, "That did not work", told)
+            client_id = asked_by(value)
+            if client_id is not None:
+                self.page.notices.tell(client_id, "That did not work", str(error)[:300])
 
     def _failed(self, error: Exception) -> None:
         self._say_failed(error)

@@ -9,9 +9,9 @@ from kneeviz.anymodel.page import ModelPage
 from kneeviz.jobs.messages import Asked
 
 
-def _reject(page: ModelPage, value: tuple[int, Any, str], _client: int) -> None:
-    client_id, handle, fault = value
-    page.notices.complain(client_id, handle, fault, now=time.monotonic())
+def _reject(page: ModelPage, value: tuple[int, Any, str, Any], _client: int) -> None:
+    client_id, handle, fault, sent = value
+    page.notices.complain(client_id, handle, fault, sent, now=time.monotonic())
 
 
 def _dark(page: ModelPage, value: Asked) -> None:
@@ -38,5 +38,5 @@ def perform(page: ModelPage, key: Hashable, value: Any) -> None:
     """Do what was asked under `key`; `value` is an `Asked` for what came from a browser."""
     name, *rest = key if isinstance(key, tuple) else (key,)
     if isinstance(value, Asked) and name != "reject":
-        page.notices.withdraw(value.client_id, value.handle)
+        page.notices.withdraw(value.client_id, value.handle, value.value)
     ACTIONS[name](page, value, *rest)
