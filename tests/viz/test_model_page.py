@@ -10,7 +10,9 @@ from viz.websocket_client import WebSocketClient
 import kneecore
 from kneecore import ParameterError
 from kneeviz.anymodel import state
+from kneeviz.anymodel.actions.table import ACTIONS
 from kneeviz.anymodel.pictures import OWN
+from kneeviz.anymodel.views.commands import COMMANDS
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.uploads import Uploaded, parse
 from kneeviz.server.app import App
@@ -193,6 +195,17 @@ class TestFiles:
 def test_a_model_that_is_fast_enough_follows_the_sliders(page):
     assert page.state.fast
     assert not page.view.running.run.visible
+
+
+def test_from_the_keyboard(page, visitor):
+    dark = page.view.dark
+    page.post(("toggle", "dark"), Asked(None, -1, True))
+    eventually(lambda: page.view.dark is not dark and page.view.dark_box.value is not dark)
+    page.post(("toggle", "dark"), Asked(None, -1, True))
+    eventually(lambda: page.view.dark is dark)
+    page.post("cancel", Asked(None, next(iter(page.clients())), True))
+    visitor.wait(lambda c: "Nothing is running." in str(c.notifications))
+    assert {c.key if isinstance(c.key, str) else c.key[0] for c in COMMANDS} <= set(ACTIONS)
 
 
 def test_a_picture_that_cannot_be_drawn_leaves_the_last_one(page, monkeypatch):

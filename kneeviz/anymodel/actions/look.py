@@ -14,6 +14,7 @@ def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
+        viser_internals.name_widgets(client, "the model's outputs", "The model's picture")
 
 
 def _resized(page: ModelPage, _value: Any, client_id: int) -> None:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from kneeviz.anymodel.actions import files, inputs, look, search, study
+from kneeviz.anymodel.actions import commands, files, inputs, look, search, study
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.jobs.messages import Asked
 
@@ -14,21 +14,13 @@ def _reject(page: ModelPage, value: tuple[int, Any, str, Any], _client: int) -> 
     page.notices.complain(client_id, handle, fault, sent, now=time.monotonic())
 
 
-def _dark(page: ModelPage, value: Asked) -> None:
-    page.view.repaint(bool(value.value))
-    search.write_result(page)
-    study.write_influence(page)
-    study.draw_landscape(page)
-    page.touched = True
-
-
 ACTIONS: dict[str, Callable[..., None]] = {
     **inputs.ACTIONS,
     **search.ACTIONS,
     **study.ACTIONS,
     **files.ACTIONS,
     **look.ACTIONS,
-    "dark": _dark,
+    **commands.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""

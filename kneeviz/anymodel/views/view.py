@@ -6,6 +6,7 @@ from typing import Any
 from kneeviz.anymodel.curves import places
 from kneeviz.anymodel.state import ModelState
 from kneeviz.anymodel.views.charts import Charts
+from kneeviz.anymodel.views.commands import COMMANDS
 from kneeviz.anymodel.views.files import FilesTab
 from kneeviz.anymodel.views.inputs import InputsTab
 from kneeviz.anymodel.views.picture import PictureScene
@@ -14,6 +15,7 @@ from kneeviz.anymodel.views.search import SearchTab
 from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
+from kneeviz.views.commands import add_commands
 from kneeviz.views.html.pieces import box, escape, faint, status
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
@@ -51,6 +53,7 @@ class ModelView:
         gui.main_panel.set_width(RIGHT_WIDTH)
         self._add_left(gui, post, state)
         self._add_right(gui, post, state)
+        self.commands = add_commands(gui, post, COMMANDS)
 
     def _theme(self, gui: Any) -> None:
         gui.configure_theme(
