@@ -97,6 +97,8 @@ class Model(Runner):
 
     count_names: tuple[str, ...] = ("failed",)
     """What runs are counted by."""
+    file: str | None = None
+    """File that it was read from."""
     proxy: "Model | None" = None
     """A model near this one that has gradients; its worst pairs are where to begin to look."""
     in_corners: bool = False
@@ -223,6 +225,7 @@ class Model(Runner):
             If the file cannot be used; the line names the file and the key.
         """
         made: Self = runs.model_file.read_model_file(path, cls)
+        made.file = str(path)
         return made
 
     def __repr__(self) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from kneecore import KneecoreError, SearchResult
+from kneecore.report.model_command import model_command
 from kneecore.search.training import surrogate_through
 from kneeviz.anymodel import work
 from kneeviz.anymodel.page import ModelPage
@@ -60,7 +61,9 @@ def _done(page: ModelPage, news: JobDone) -> None:
     page.view.search.set_running(False)
     if news.result is not None:
         take_result(page, news.result)
-        page.say("Done: model 1 is blue, model 2 orange.")
+        stopped = news.result.stop_reason == "cancelled"
+        what = "Stopped; the best pair until then" if stopped else "Done"
+        page.say(f"{what}: model 1 is blue, model 2 orange.")
     elif news.why is not None:
         page.say(f"The search failed: {escape(sentence(news.why))} What you had stands.", "bad")
     else:
@@ -94,7 +97,9 @@ def write_result(page: ModelPage) -> None:
     view.search.found.content = words.found(
         state.result, same_bounds=state.same_bounds(state.result)
     )
-    view.search.table.content = words.differences(state.result, view.colours)
+    command = model_command(state.model, state.result.settings)
+    again = "" if command is None or state.result.stop_reason == "cancelled" else command
+    view.search.table.content = words.differences(state.result, view.colours, again)
 
 
 def _cancel(page: ModelPage, value: Asked | None) -> None:

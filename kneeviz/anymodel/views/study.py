@@ -11,12 +11,13 @@ from kneeviz.views.tabs.events import on_press, on_value
 MODEL, SURROGATE = "The model", "Its surrogate"
 SHOW, BACK = "Landscape", "Back from the landscape"
 _SAMPLES = 10_000
+_MOST_COLUMNS = 500
 _INTRO = "What does the uncertainty do on the whole, and which inputs decide?"
 
 
 def column_labels(state: ModelState) -> tuple[str, ...]:
-    """Return the model's numbers, each by a name of its own."""
-    titles = [column.title for column in state.model.columns]
+    """Return the model's numbers, the first of very many, each by a name of its own."""
+    titles = [column.title for column in state.model.columns[:_MOST_COLUMNS]]
     return tuple(t if titles.count(t) == 1 else f"{t} [{k + 1}]" for k, t in enumerate(titles))
 
 

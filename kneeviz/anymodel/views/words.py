@@ -13,7 +13,7 @@ from kneeviz.anymodel.state import ModelState
 from kneeviz.geometry.picture import Picture
 from kneeviz.views import theme
 from kneeviz.views.html.influence import bars, caption
-from kneeviz.views.html.pieces import box, coloured, escape, faint, table
+from kneeviz.views.html.pieces import box, coloured, command_line, escape, faint, table
 from kneeviz.views.html.strips import strip
 
 FloatArray = NDArray[np.float64]
@@ -183,8 +183,11 @@ def objective_line(result: SearchResult) -> str:
     return f"{_F}: surrogate {surrogate}, model <b>{model}</b>{gap}."
 
 
-def differences(result: SearchResult, colours: theme.Palette) -> str:
-    """Return the outputs that differ most between both worst models, and the inputs that do."""
+def differences(result: SearchResult, colours: theme.Palette, again: str = "") -> str:
+    """Return the outputs that differ most between both worst models, and the inputs that do.
+
+    `again` is the command that gives the result without a browser.
+    """
     model, settings = result.model, result.settings
     weights = model.weights(settings.objective, settings.weights)
     size = np.nan_to_num(weights * np.abs(result.y[0] - result.y[1]))
@@ -198,7 +201,10 @@ def differences(result: SearchResult, colours: theme.Palette) -> str:
         for k in order
         if size[k] > 0.0
     ]
-    return box(table(head, rows) + f'<div style="margin-top:5px">{_opposite(result)}</div>')
+    foot = _opposite(result)
+    if again:
+        foot += f"<br>The same without a browser:{command_line(again)}"
+    return box(table(head, rows) + f'<div style="margin-top:5px">{foot}</div>')
 
 
 def _opposite(result: SearchResult) -> str:
@@ -217,8 +223,9 @@ def _opposite(result: SearchResult) -> str:
 
 def sampled(study: MonteCarloResult) -> str:
     """Return what a sampling found."""
+    stopped = "stopped after " if study.stop_reason == "cancelled" else ""
     note = (
-        f"{study.n_samples:,} runs of the {escape(study.model.name)}, "
+        f"{stopped}{study.n_samples:,} runs of the {escape(study.model.name)}, "
         f"{study.settings.sampling}, seed {study.settings.seed}: "
         f"<b>{study.n_failed:,} failed</b>."
     )
