@@ -40,6 +40,8 @@ class Runner(Box):
 
     name: str
     threads: int | None
+    file: str | None = None
+    """File that it was read from."""
     can_keep = True
     """Whether runs are worth a line in a file."""
 
