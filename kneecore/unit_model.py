@@ -19,6 +19,9 @@ class UnitModel:
     Attributes
     ----------
     model : Model
+    drawn : bool
+        Whether the unit cube is that of the inputs' distributions (`Model.drawn`), not of their
+        bounds.
     n_simulated : int
         Runs so far.
     counts : dict
@@ -27,8 +30,8 @@ class UnitModel:
         What a search took that was stopped and then went on.
     """
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, model: Model, *, drawn: bool = False) -> None:
+        self.model, self.drawn = model, drawn
         self.n_simulated = 0
         self.seconds_before = 0.0
         self.counts = dict.fromkeys(model.count_names, 0)
@@ -39,7 +42,8 @@ class UnitModel:
         `watch` gets the number of runs done, now and then; a true result cancels (raises
         `Cancelled`).
         """
-        x, record = self.model.from_free_unit(u), current_record()
+        x = self.model.drawn(u) if self.drawn else self.model.from_free_unit(u)
+        record = current_record()
         if record is None:
             done = self._run(x, watch)
         else:
@@ -60,7 +64,7 @@ class UnitModel:
 
     def copy(self) -> "UnitModel":
         """Return one that goes on counting by itself."""
-        copied = UnitModel(self.model)
+        copied = UnitModel(self.model, drawn=self.drawn)
         copied.n_simulated, copied.counts = self.n_simulated, dict(self.counts)
         return copied
 

@@ -15,8 +15,8 @@ from kneecore.figures.style import (
     output_slices,
     styled,
 )
-from kneecore.inputs import Output
 from kneecore.knee.model import Knee
+from kneecore.outputs import Output
 from kneecore.search.result import MODELS, SearchResult
 from kneecore.study.monte_carlo import MonteCarloResult
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
 from kneecore._second_compiler import compile_apart, wait_for
-from kneecore.inputs import Input, Output
+from kneecore.inputs import Input
 from kneecore.knee import bounds
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
@@ -47,6 +47,7 @@ from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
 from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
+from kneecore.outputs import Output
 
 __all__ = ["Knee"]
 

@@ -28,7 +28,7 @@ from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import InfluenceSettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["InfluenceResult", "influence"]
+__all__ = ["InfluenceResult", "check_independent", "influence"]
 
 FloatArray = NDArray[np.float64]
 N_RESAMPLES = 100
@@ -82,6 +82,15 @@ def check_column(column: int, n_outputs: int) -> None:
         )
 
 
+def check_independent(model: Model) -> None:
+    """Raise a `ParameterError` if a model's inputs are correlated."""
+    if model.correlation is not None:
+        raise ParameterError(
+            "`correlation` of the model is given; Sobol' indices share the variance out among "
+            "inputs that are independent, and are not defined for others (`monte_carlo` takes them)"
+        )
+
+
 def influence(
     model: Model,
     settings: InfluenceSettings | None = None,
@@ -101,11 +110,13 @@ def influence(
     Raises
     ------
     ParameterError
-        If an argument is not allowed, or no output varies within the bounds.
+        If an argument is not allowed, the inputs are correlated, or no output varies within the
+        bounds.
     ModelError
         If too many models failed.
     """
     settings = checked_settings(model, InfluenceSettings, settings, callback)
+    check_independent(model)
     start = time.perf_counter()
     found = _indices(model, settings, callback)
     if found.constant.all():
@@ -143,7 +154,7 @@ def _indices(model: Model, settings: InfluenceSettings, callback: Callback | Non
             return False
         return callback(Progress(stage="sampling", done=done, total=total))
 
-    counted = UnitModel(model)
+    counted = UnitModel(model, drawn=True)
 
     def run(u: FloatArray) -> FloatArray:
         # Within a batch of base rows too, for a slow model's sake.
