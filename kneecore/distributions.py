@@ -51,16 +51,17 @@ class Distribution:
     """Most likely value of a triangular one."""
     deviations: float = USUAL_DEVIATIONS
     least: float = -math.inf
-    """No value below it is possible: a normal or log-normal one is cut off there."""
+    """No value below it is possible: the distribution is cut off there."""
     most: float = math.inf
 
     def quantile(self, chances: ArrayLike) -> FloatArray:
         """Return the values below which such shares of the distribution lie."""
         p = np.asarray(chances, dtype=np.float64)
+        least, most = self._limits
         if self.kind == "uniform":
-            linear: FloatArray = self.lower + p * (self.upper - self.lower)
+            linear: FloatArray = least + p * (most - least)
             return linear
-        frozen, (least, most) = self._frozen(), self._limits
+        frozen = self._frozen()
         if np.isfinite([least, most]).any():
             first, last = frozen.cdf(least), frozen.cdf(most)
             p = first + p * (last - first)
@@ -83,8 +84,9 @@ class Distribution:
 
     @property
     def _limits(self) -> tuple[float, float]:
-        bounded = self.kind in ("truncated-normal", "triangular")
-        return (self.lower, self.upper) if bounded else (self.least, self.most)
+        if self.kind in ("normal", "log-normal"):
+            return self.least, self.most
+        return max(self.lower, self.least), min(self.upper, self.most)
 
     def _frozen(self) -> "scipy.stats.rv_continuous":
         """Return SciPy's distribution, before it is cut off."""

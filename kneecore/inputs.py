@@ -87,7 +87,7 @@ class Input:
     mode: float | None = field(default=None, kw_only=True)
     """Most likely value of a triangular distribution; the nominal one if not given."""
     least: float | None = field(default=None, kw_only=True)
-    """Value below which nothing is possible: a normal or log-normal distribution ends there."""
+    """Value below which nothing is possible: bounds and distribution end there."""
     most: float | None = field(default=None, kw_only=True)
     """Value above which nothing is possible, likewise."""
     quantile: float | None = field(default=None, kw_only=True)
@@ -190,13 +190,8 @@ class Input:
         """Check what belongs to the distribution, and fill in what is usual."""
         name = self.name
         self._set("distribution", choice(f"distribution of {name}", self.distribution, KINDS))
-        kind, usual = self.distribution, (self.distribution, self.quantile) == ("uniform", None)
-        if self.is_discrete and not usual:
-            what = "quantile" if kind == "uniform" else "distribution"
-            raise ParameterError(
-                f"`{what} of {name}` is {getattr(self, what)!r}; whole numbers and choices have "
-                "none, each is as likely as another"
-            )
+        kind = self.distribution
+        self._refuse_of_discrete()
         if kind in WITH_DEVIATIONS:
             k = USUAL_DEVIATIONS if self.deviations is None else self.deviations
             self._set("deviations", k)
@@ -217,6 +212,15 @@ class Input:
             )
         self._check_order()
 
+    def _refuse_of_discrete(self) -> None:
+        for option in ("distribution", "quantile", "least", "most") if self.is_discrete else ():
+            value = getattr(self, option)
+            if value not in (None, "uniform"):
+                raise ParameterError(
+                    f"`{option} of {self.name}` is {value!r}; whole numbers and choices have none: "
+                    "each is as likely as another"
+                )
+
     def _refuse_unless(self, option: str, fits: bool, value: Any) -> None:
         if value is not None and not fits:
             raise ParameterError(
@@ -225,24 +229,21 @@ class Input:
             )
 
     def _check_order(self) -> None:
-        """Check that the peak is between the bounds, and these within what is possible."""
-        if self.distribution == "triangular":
-            self._set("mode", self.nominal if self.mode is None else self.mode)
-        least = -np.inf if self.least is None else self.least
-        most = np.inf if self.most is None else self.most
-        peak = self.lower if self.mode is None else self.mode
-        for name, value, low, high in (
-            ("least", least, -np.inf, self.lower),
-            ("most", most, self.upper, np.inf),
-            ("mode", peak, self.lower, self.upper),
-        ):
-            if not low <= value <= high:
-                span = f"{self.lower:g} to {self.upper:g}"
-                raise ParameterError(
-                    f"`{name} of {self.name}` is {value:g}, and its bounds are {span}; "
-                    + ("a value between" if name == "mode" else "one that is not between")
-                    + " them is allowed"
-                )
+        """Check that something is possible between the bounds, the peak of a triangle included."""
+        lower, upper = self._possible
+        if lower > upper or (lower == upper and self.lower < self.upper):
+            raise ParameterError(
+                f"`least` and `most` of {self.name} leave nothing between its bounds, "
+                f"{self.lower:g} and {self.upper:g}"
+            )
+        if self.distribution != "triangular":
+            return
+        self._set("mode", self.nominal if self.mode is None else self.mode)
+        if not lower <= self.mode <= upper:  # type: ignore[operator]  # it is set above
+            raise ParameterError(
+                f"`mode of {self.name}` is {self.mode:g}; a value from {lower:g} to {upper:g} is "
+                "allowed"
+            )
 
     @property
     def is_discrete(self) -> bool:
@@ -287,8 +288,16 @@ class Input:
     def box(self) -> tuple[float, float]:
         """Between which values a search looks: the bounds, or the ends of the quantile."""
         if self.quantile is None or self.lower == self.upper:
-            return self.lower, self.upper
+            return self._possible
         return self.drawn.interval(self.quantile)
+
+    @property
+    def _possible(self) -> tuple[float, float]:
+        """The bounds, as far as they are possible."""
+        return (
+            self.lower if self.least is None else max(self.lower, self.least),
+            self.upper if self.most is None else min(self.upper, self.most),
+        )
 
     def with_quantile(self, quantile: float | None) -> Self:
         """Return the input with another `quantile`; whole numbers and choices stay as they are."""

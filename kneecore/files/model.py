@@ -190,6 +190,7 @@ def baseline_table(space: ParameterSpace) -> dict[str, Any]:
         "sources": list(space.sources) if space.sources is not None else None,
         "lower": named(names, space.lower),
         "upper": named(names, space.upper),
+        **{key: v for key, v in space.likely._asdict().items() if v not in (None, "uniform")},
     }
 
 
@@ -211,6 +212,10 @@ def _space(document: dict[str, Any]) -> ParameterSpace:
         rest_length_bound_mm=baseline.get("rest_length_bound_mm", 0.0),
         rest_length_bound_percent=baseline.get("rest_length_bound_percent", 0.0),
         half_ranges=baseline["half_ranges"],
+        # Uniform ones do not say so.
+        distribution=baseline.get("distribution", "uniform"),
+        deviations=baseline.get("deviations"),
+        quantile=baseline.get("quantile"),
         sources=None if baseline["sources"] is None else tuple(map(str, baseline["sources"])),
         baseline=knee_vector(baseline["parameters"], "baseline.parameters"),
         title=str(baseline["title"]),

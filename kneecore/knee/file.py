@@ -18,6 +18,7 @@ from kneecore._arrays import numbers
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units
+from kneecore.knee.likely import UNIFORM, Likely
 from kneecore.knee.parameters import (
     ALL_NAMES,
     LARGEST,
@@ -37,7 +38,9 @@ MAX_BYTES = 1_000_000
 LONGEST_TEXT = 4_000
 """Characters of a title, a note or a source."""
 _DISPLAY_UNITS = {row[0]: row[3] for row in STRUCTURE}
-_TOP_KEYS = {"schema", "title", "note", "prior", "parameters", "current"}
+_TOP_KEYS = {
+    "schema", "title", "note", "prior", "distribution", "deviations", "parameters", "current",
+}  # fmt: skip
 _PARAMETER_KEYS = {"value", "unit", "half_range", "half_range_unit", "source"}
 
 FloatArray = NDArray[np.float64]
@@ -59,6 +62,8 @@ class KneeFile:
     """Where each baseline value is from."""
     current: FloatArray | None
     """A knee apart from the baseline, same shape, SI, or None."""
+    likely: Likely = UNIFORM
+    """How samples of its space are drawn: the file's `distribution` and `deviations`."""
 
 
 def _number(where: str, value: Any) -> float:
@@ -175,7 +180,16 @@ def parse_knee(text: str | bytes) -> KneeFile:
         half_ranges=half_ranges,
         sources=sources,
         current=current,
+        likely=_likely(document),
     )
+
+
+def _likely(document: Mapping[str, Any]) -> Likely:
+    given = {key: document[key] for key in ("distribution", "deviations") if key in document}
+    try:
+        return Likely(**given).checked()
+    except ParameterError as error:
+        raise FileFormatError(str(error)) from None
 
 
 def _with_rest_lengths(
@@ -269,6 +283,7 @@ def dump_knee(
     current: ArrayLike | None = None,
     title: str = "My knee",
     note: str | None = None,
+    likely: Likely | None = None,
 ) -> str:
     """Return a knee file's text; `parse_knee` of it gives the same bits back.
 
@@ -281,6 +296,8 @@ def dump_knee(
         Where each baseline value is from.
     title, note : str, optional
         For reports.
+    likely : Likely, optional
+        How samples are drawn; uniformly for None.
 
     Raises
     ------
@@ -299,6 +316,10 @@ def dump_knee(
     document: dict[str, Any] = {"schema": SCHEMA, "title": title}
     if note:
         document["note"] = note
+    drawn = {} if likely is None else likely.checked()._asdict()
+    for key in ("distribution", "deviations"):
+        if drawn.get(key) not in (None, "uniform"):
+            document[key] = drawn[key]
     document["parameters"] = {}
     document |= {} if now is None else {"current": {}}
     for i, name in enumerate(ALL_NAMES[:width]):

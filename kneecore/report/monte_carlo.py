@@ -9,7 +9,7 @@ from rich.text import Text
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
 from kneecore.report.marks import counted
-from kneecore.report.outputs import failure_lines, heading, label, origin, shown
+from kneecore.report.outputs import drawn_line, failure_lines, heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.monte_carlo import MonteCarloResult
 
@@ -59,6 +59,7 @@ def _footer(study: MonteCarloResult) -> str:
     lines = [
         f"{study.n_samples:,} samples{cut} ({told}, seed {settings.seed}): "
         f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.",
+        *drawn_line(study.model),
         *failure_lines(study.model),
         origin(study.model),
     ]
