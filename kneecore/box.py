@@ -178,6 +178,13 @@ class Box:
             raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
         return values
 
+    def values_along(self, place: int, n: int) -> FloatArray:
+        """Return values of an input from bound to bound, at most n; evenly spaced, or allowed."""
+        grid = self._grids.get(place)
+        if grid is None:
+            return np.linspace(self.lower[place], self.upper[place], n)
+        return np.unique(grid.at(np.linspace(0.0, 1.0, n)))
+
     def check_allowed(self, x: FloatArray) -> None:
         """Raise a `ParameterError` if an input with few values has another, points (..., d)."""
         for k, grid in self._grids.items():

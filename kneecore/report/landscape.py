@@ -50,7 +50,7 @@ def _footer(found: Landscape) -> str:
     between = []
     for name in found.names:
         one = model.inputs[model.names.index(name)]
-        low, high = (f"{one.shown(v):.6g}" for v in (one.lower, one.upper))
+        low, high = (f"{one.shown(v):.6g}" for v in one.box)
         between.append(f"{name} from {low} to {with_unit(high, one.label)}")
     return (
         f"{' and '.join(between)}; the others are held. {found.n_models:,} models, "

@@ -53,7 +53,9 @@ def _rows(study: MonteCarloResult) -> Table:
 def _footer(study: MonteCarloResult) -> str:
     settings, counts = study.settings, study.counts
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
-    drawn = settings.sampling
+    drawn: str = settings.sampling
+    if drawn == "uniform" and study.model.drawn_as:
+        drawn = "independent"
     told = f"{drawn}, rounded up to a power of two" if drawn == "sobol" else drawn
     became = [f"{study.n_failed} failed", *counted(counts)]
     lines = [
