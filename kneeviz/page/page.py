@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kneecore import KneeFile
 from kneecore.knee.parameters import widened
+from kneeviz.jobs.job import Job
 from kneeviz.jobs.live_search import LiveSearch
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
@@ -65,6 +66,8 @@ class Page:
         self.study = StudyState()
         self.methods = MethodsState()
         self.landscape = LandscapeState(post)
+        self.export_job: Job | None = None
+        """What draws a file to take away."""
         self.motion = Motion()
         self.animation = Animation()
         self.rng = np.random.default_rng()
@@ -92,7 +95,7 @@ class Page:
 
     def stop(self) -> None:
         """Cancel what runs; the threads that wait for requests end."""
-        for job in (self.search.job, self.study.job, self.methods.job):
+        for job in (self.search.job, self.study.job, self.methods.job, self.export_job):
             if job is not None:
                 job.cancel()
         self.landscape.stop()
