@@ -178,6 +178,16 @@ class Box:
             raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
         return values
 
+    def steps(self, usual: float) -> FloatArray:
+        """Return steps in the free inputs' unit cube for differences, (n_free,): `usual` ones.
+
+        Of an input with few values the step goes to the next.
+        """
+        steps = np.full(self.n_free, usual)
+        for j, grid in self.grids.items():
+            steps[j] = min(1.0 / (len(grid.values) - 1), 0.5)
+        return steps
+
     def values_along(self, place: int, n: int) -> FloatArray:
         """Return values of an input from bound to bound, at most n; evenly spaced, or allowed."""
         grid = self._grids.get(place)

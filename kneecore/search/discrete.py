@@ -33,18 +33,21 @@ def combinations(box: Box) -> float:
 
 
 def first_points(box: Box, n: int, seed: int) -> FloatArray:
-    """Return different points of the unit cube to fit a surrogate to, at most n.
+    """Return n different points of the unit cube to fit a surrogate to.
 
     They are uniform; where there are no more than n combinations of values, they are all of these.
     """
-    u = uniform(n, box.n_free, seed)
     if not box.grids:
-        return u
+        return uniform(n, box.n_free, seed)
     if combinations(box) <= n:
         return np.array(list(itertools.product(*(grid.places for grid in box.grids.values()))))
-    own = box.snapped(u)
-    first = np.unique(own, axis=0, return_index=True)[1]
-    return own[np.sort(first)]
+    n_drawn = n
+    while True:
+        n_drawn *= 2
+        u = box.snapped(uniform(n_drawn, box.n_free, seed))
+        first = np.unique(u, axis=0, return_index=True)[1]
+        if len(first) >= n:
+            return u[np.sort(first)[:n]]
 
 
 class OnGrids:
