@@ -61,11 +61,11 @@ class Distribution:
         if self.kind == "uniform":
             linear: FloatArray = least + p * (most - least)
             return linear
-        frozen = self._frozen()
+        family, shape = self._family()
         if np.isfinite([least, most]).any():
-            first, last = frozen.cdf(least), frozen.cdf(most)
+            first, last = family.cdf([least, most], *shape)
             p = first + p * (last - first)
-        values = frozen.ppf(np.clip(p, _LEAST_CHANCE, _LARGEST_CHANCE))
+        values = family.ppf(np.clip(p, _LEAST_CHANCE, _LARGEST_CHANCE), *shape)
         within: FloatArray = np.clip(values, least, most)
         return within
 
@@ -88,14 +88,14 @@ class Distribution:
             return self.least, self.most
         return max(self.lower, self.least), min(self.upper, self.most)
 
-    def _frozen(self) -> "scipy.stats.rv_continuous":
-        """Return SciPy's distribution, before it is cut off."""
+    def _family(self) -> "tuple[scipy.stats.rv_continuous, tuple[float, ...]]":
+        """Return SciPy's distribution, before it is cut off, and its shape, location and scale."""
         width = self.upper - self.lower
         if self.kind == "triangular":
-            peak = (self.mode - self.lower) / width
-            return scipy.stats.triang(peak, loc=self.lower, scale=width)
+            return scipy.stats.triang, ((self.mode - self.lower) / width, self.lower, width)
         if self.kind == "log-normal":
             sd = math.log(self.upper / self.lower) / (2.0 * self.deviations)
-            return scipy.stats.lognorm(sd, scale=math.sqrt(self.lower) * math.sqrt(self.upper))
-        middle, sd = self.lower + 0.5 * width, width / (2.0 * self.deviations)
-        return scipy.stats.norm(loc=middle, scale=sd)
+            median = math.sqrt(self.lower) * math.sqrt(self.upper)
+            return scipy.stats.lognorm, (sd, 0.0, median)
+        sd = width / (2.0 * self.deviations)
+        return scipy.stats.norm, (self.lower + 0.5 * width, sd)
