@@ -71,7 +71,9 @@ def _map(
     colours: dict[str, Any] = {"cmap": "RdBu_r" if difference else "viridis"}
     colours |= {"vmin": ends[0], "vmax": ends[1]}
     drawn: ScalarMappable
-    if all(np.allclose(np.diff(v), v[1] - v[0]) for v in (one, two)):
+    inputs = [found.model.inputs[found.model.names.index(name)] for name in found.names]
+    continuous = not any(each.is_discrete for each in inputs)
+    if continuous:
         drawn = axes.imshow(
             sheet.T,
             origin="lower",
@@ -80,9 +82,9 @@ def _map(
             interpolation="nearest",
             **colours,
         )
-    else:  # choices
+    else:  # perhaps not evenly spaced
         drawn = axes.pcolormesh(one, two, sheet.T, shading="nearest", **colours)
-    if np.isfinite(sheet).all() and np.ptp(sheet) > 0.0:
+    if continuous and np.isfinite(sheet).all() and np.ptp(sheet) > 0.0:
         axes.contour(one, two, sheet.T, levels=8, colors="k", linewidths=0.5, alpha=0.5)
     axes.grid(visible=False)
     axes.set_xlabel(_input_label(found, 0))
