@@ -1,5 +1,6 @@
 """A model in a TOML file, by the library and from a terminal; each wrong key in one line."""
 
+import gc
 import json
 import subprocess
 import sys
@@ -323,6 +324,24 @@ def test_a_quantile_box_and_correlated_inputs_from_a_terminal(write, capsys):
     assert (code, out) == (2, "")
     assert "`correlation` of the model is given; Sobol' indices share the variance out" in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("main", "options"),
+    [
+        (search.main, [*QUICK]),
+        (uncertainty.main, ["--samples", 5]),
+    ],
+    ids=["search", "uncertainty"],
+)
+def test_a_command_lets_go_of_its_runs(write, tmp_path, capsys, main, options):
+    path = write(SPRINGS + FUNCTION.replace("= {}", "= false"))
+    asked = [*options, "--model", path, "--keep", tmp_path / "runs", "--quiet"]
+    gc.disable()  # which would let go of them some time
+    try:
+        assert [ran(main, asked, capsys)[0] for _ in range(2)] == [0, 0]
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(
