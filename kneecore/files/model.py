@@ -190,7 +190,7 @@ def baseline_table(space: ParameterSpace) -> dict[str, Any]:
         "sources": list(space.sources) if space.sources is not None else None,
         "lower": named(names, space.lower),
         "upper": named(names, space.upper),
-        **{key: v for key, v in space.likely._asdict().items() if v not in (None, "uniform")},
+        **space.likely.told,
     }
 
 

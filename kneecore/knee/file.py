@@ -18,7 +18,7 @@ from kneecore._arrays import numbers
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units
-from kneecore.knee.likely import UNIFORM, Likely
+from kneecore.knee.likely import KneeDistribution, Likely
 from kneecore.knee.parameters import (
     ALL_NAMES,
     LARGEST,
@@ -62,8 +62,10 @@ class KneeFile:
     """Where each baseline value is from."""
     current: FloatArray | None
     """A knee apart from the baseline, same shape, SI, or None."""
-    likely: Likely = UNIFORM
-    """How samples of its space are drawn: the file's `distribution` and `deviations`."""
+    distribution: KneeDistribution = "uniform"
+    """How samples of its space are drawn."""
+    deviations: float | None = None
+    """How many standard deviations of a normal distribution the half-ranges are; 3 for None."""
 
 
 def _number(where: str, value: Any) -> float:
@@ -168,6 +170,7 @@ def parse_knee(text: str | bytes) -> KneeFile:
             index = names.index(name)
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
+    likely = _likely(document)
     title = _text("title", document.get("title", "Untitled knee"))
     note = _text("note", document["note"]) if "note" in document else None
     for array in (baseline, half_ranges, current):
@@ -180,7 +183,8 @@ def parse_knee(text: str | bytes) -> KneeFile:
         half_ranges=half_ranges,
         sources=sources,
         current=current,
-        likely=_likely(document),
+        distribution=likely.distribution,
+        deviations=likely.deviations,
     )
 
 
@@ -283,7 +287,8 @@ def dump_knee(
     current: ArrayLike | None = None,
     title: str = "My knee",
     note: str | None = None,
-    likely: Likely | None = None,
+    distribution: KneeDistribution = "uniform",
+    deviations: float | None = None,
 ) -> str:
     """Return a knee file's text; `parse_knee` of it gives the same bits back.
 
@@ -296,8 +301,10 @@ def dump_knee(
         Where each baseline value is from.
     title, note : str, optional
         For reports.
-    likely : Likely, optional
-        How samples are drawn; uniformly for None.
+    distribution : {"uniform", "normal", "truncated-normal", "triangular"}
+        How samples are drawn.
+    deviations : float, optional
+        How many standard deviations of a normal distribution the half-ranges are; 3 for None.
 
     Raises
     ------
@@ -316,10 +323,7 @@ def dump_knee(
     document: dict[str, Any] = {"schema": SCHEMA, "title": title}
     if note:
         document["note"] = note
-    drawn = {} if likely is None else likely.checked()._asdict()
-    for key in ("distribution", "deviations"):
-        if drawn.get(key) not in (None, "uniform"):
-            document[key] = drawn[key]
+    document |= Likely(distribution, deviations).told
     document["parameters"] = {}
     document |= {} if now is None else {"current": {}}
     for i, name in enumerate(ALL_NAMES[:width]):

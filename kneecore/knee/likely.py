@@ -16,7 +16,7 @@ from kneecore.inputs import Input
 from kneecore.knee.parameters import LARGEST, NAMES, SMALLEST, STRUCTURE
 from kneecore.knee.units import si_factor, si_unit
 
-__all__ = ["POISSON_LIMIT", "UNIFORM", "KneeDistribution", "Likely", "inputs_of"]
+__all__ = ["POISSON_LIMIT", "KneeDistribution", "Likely", "inputs_of"]
 
 KneeDistribution = Literal["uniform", "normal", "truncated-normal", "triangular"]
 """A coordinate may be 0 or below, so that none is log-normal."""
@@ -49,6 +49,18 @@ class Likely(NamedTuple):
         known = own.deviations if deviations is None else deviations
         return Likely(own.distribution, known, own.quantile if quantile is None else quantile)
 
+    @property
+    def told(self) -> dict[str, Any]:
+        """What files say of it: what is not as usual.
+
+        Raises
+        ------
+        ParameterError
+            As `checked`.
+        """
+        told = self.checked()._asdict()
+        return {key: value for key, value in told.items() if value not in (None, "uniform")}
+
     def checked(self) -> "Likely":
         """Return it with plain numbers.
 
@@ -72,9 +84,6 @@ class Likely(NamedTuple):
             if not 0.0 < quantile < 1.0:
                 raise ParameterError(f"`quantile` is {quantile:g}; above 0 and below 1 is allowed")
         return Likely(kind, deviations, quantile)
-
-
-UNIFORM = Likely()
 
 
 def inputs_of(

@@ -284,6 +284,7 @@ class ParameterSpace:
                 f"`around` is 'current', and {shown_name(str(path))} has no [current] knee; "
                 "'baseline' is allowed"
             )
+        own = Likely(knee.distribution, knee.deviations)
         in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
         given = {
             "geometry": geometry_bound_mm,
@@ -308,7 +309,7 @@ class ParameterSpace:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
-            **knee.likely.but(distribution, deviations, quantile)._asdict(),
+            **own.but(distribution, deviations, quantile)._asdict(),
             sources=knee.sources,
             centre=centre,
         )
@@ -379,7 +380,8 @@ class ParameterSpace:
             current=current,
             title=self.title,
             note=self.note,
-            likely=self.likely,
+            distribution=self.distribution,
+            deviations=self.deviations,
         )
 
 

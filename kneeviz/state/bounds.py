@@ -60,8 +60,8 @@ class Bounds:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
-            distribution=knee.likely.distribution,
-            deviations=knee.likely.deviations,
+            distribution=knee.distribution,
+            deviations=knee.deviations,
         )
 
 

@@ -234,4 +234,6 @@ class KneeState:
             current=self.x[: len(NAMES)] if plain else self.x,
             title=self.knee.title,
             note=self.knee.note,
+            distribution=self.knee.distribution,
+            deviations=self.knee.deviations,
         )
