@@ -1,11 +1,13 @@
 """Searches where some inputs are whole numbers or choices, held against all combinations."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
 
 from kneecore import (
+    FileFormatError,
     Input,
     Model,
     Output,
@@ -18,6 +20,9 @@ from kneecore import (
     worst_case,
     worst_case_slopes,
 )
+from kneecore.box import Box
+from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.inside import Half, is_new, trial
 
 TEETH, LADDER, OFFSET = range(12, 25), (1.0, 2.2, 4.7, 10.0), range(-3, 4)
 
@@ -137,6 +142,23 @@ def test_a_slice_has_the_allowed_values():
     again = type(found).from_json(found.to_json())
     np.testing.assert_array_equal(again.y, found.y)
     assert list(found.figures()) == ["figure_landscape"]
+    wrong = json.loads(found.to_json())
+    wrong["axes"][0][3] += 0.5
+    with pytest.raises(FileFormatError, match=r"`axes` has .* for `teeth`; its whole number"):
+        type(found).from_json(json.dumps(wrong))
+
+
+def test_a_trial_goes_further_where_all_near_values_are_known():
+    box = Box([Input("n", lower=0, upper=9, integer=True), Input("m", choices=(1, 2))])
+    known = np.array(list(itertools.product((0.0, 1.0), (0.0, 1.0))) + [[4.0 / 9.0, 0.0]])
+    surrogate = Surrogate.fit(known, known)
+    half = Half(np.array([1.0, 1.0]), width=1e-3)
+    rng = np.random.default_rng(0)
+    chosen = trial(surrogate, half, known[0], known, rng, box)
+    assert is_new(chosen, known)
+    np.testing.assert_array_equal(box.snapped(chosen), chosen)
+    everything = np.array(list(itertools.product(np.arange(10) / 9.0, (0.0, 1.0))))
+    assert trial(surrogate, half, known[0], everything, rng, box) is None
 
 
 def test_slopes_go_from_one_value_to_the_next():
