@@ -68,6 +68,17 @@ def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
+def fold_panel(client: viser.ClientHandle, panel: Any, folded: bool, number: int) -> None:
+    """Fold a panel to a strip, or unfold it, in this client alone.
+
+    `number` rises from call to call: a browser takes only what is newer than what it has.
+    """
+    told = messages.GuiSetPanelCollapsedMessage(
+        panel._placement_uuid, folded, counter=number, run_id=f"client {client.client_id}"
+    )
+    client.gui._websock_interface.queue_message(told)
+
+
 _WATCH_CHARTS = """(() => {
   clearInterval(window.__kneevizCharts);
   window.__kneevizCharts = setInterval(() => {
@@ -86,6 +97,36 @@ def watch_charts(client: viser.ClientHandle) -> None:
     measured again, and an axis that was measured at width 0 stays empty.
     """
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
+
+
+_NAME_WIDGETS = """(() => {
+  const name = (node, text) => {
+    if (node && text && !node.getAttribute("aria-label")) node.setAttribute("aria-label", text);
+  };
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  const inputs = "[role=slider], input:not([type=hidden])";
+  clearInterval(window.__kneevizNames);
+  window.__kneevizNames = setInterval(() => {
+    document.documentElement.lang = "en";
+    for (const label of all("label[for]")) {
+      const widget = document.getElementById(label.htmlFor), text = label.textContent.trim();
+      const row = label.closest("[class*='Flex-root']");
+      for (const root of [widget, row])
+        if (root) all(inputs, root).forEach((node) => name(node, text));
+    }
+    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
+    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
+  }, 700);
+})();"""
+
+
+def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
+    """Give sliders, charts and the picture names in this client, for who hears the page.
+
+    viser's sliders and canvases have none.
+    """
+    source = _NAME_WIDGETS % (chart, scene)
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
 def force_value(gui: Any, handle: Any) -> None:
@@ -317,6 +358,7 @@ __all__ = [
     "guard",
     "is_own_server",
     "know_array_types",
+    "name_widgets",
     "number_fault",
     "refuse_tunnel",
     "set_camera_lock",

@@ -14,6 +14,7 @@ from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
@@ -50,10 +51,11 @@ class View:
         self.landscape: LandscapeScene | None = None
         self._add_left(gui, post)
         self._add_right(gui, post, state)
+        self.commands = add_commands(gui, post)
 
     def _add_left(self, gui: Any, post: Post) -> None:
         colours = theme.palette(self.dark)
-        panel = gui.add_panel()
+        self.left = panel = gui.add_panel()
         with panel.add_tab("Curve"):
             self.curve_legend = gui.add_html("")
             self.curve = CurveChart(gui, colours, height=400)
@@ -82,6 +84,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
+        gui.add_html(theme.ON_A_PHONE)
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Knee"):

@@ -25,3 +25,13 @@ def on_press(handle: Any, post: Post, key: Hashable) -> None:
             post(key, Asked(handle, event.client.client_id, event.target.value))
 
     handle.on_click(pressed)
+
+
+def on_command(handle: Any, post: Post, key: Hashable, value: Any = True) -> None:
+    """Post an `Asked` with `value` under `key` whenever a browser gives the command."""
+
+    async def given(event: Any) -> None:
+        if event.client_id is not None:
+            post(key, Asked(handle, event.client_id, value))
+
+    handle.on_trigger(given)
