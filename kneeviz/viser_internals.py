@@ -36,8 +36,13 @@ _MOST_SLACK = 1e-3
 _guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
 """The `gui` objects whose unfinished uploads are counted together."""
 
-Reject = Callable[[int, Any, str], None]
-"""Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
+Reject = Callable[[int, Any, str, Any], None]
+"""Called with the client's number, the widget (None if unknown), what is wrong, in words, and the
+value that was sent, if it was one."""
+Arrival = Callable[[int, Any], None]
+"""Called with the client's number and the value that it sent."""
+_arrivals: "weakref.WeakKeyDictionary[Any, dict[str, Arrival]]" = weakref.WeakKeyDictionary()
+"""What is called when a browser sends a widget's value, by `gui` and the widget's id."""
 
 _FLAT_CAMERA = """
   c.minAzimuthAngle = c.maxAzimuthAngle = Math.PI;
@@ -195,11 +200,24 @@ def _guard_values(gui: Any, reject: Reject) -> None:
             return
         fault = update_fault(handle, message.updates)
         if fault is not None:
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, message.updates.get("value"))
             return
+        value = type(handle.value)(message.updates["value"])
         await take(client_id, message)
+        arrival = _arrivals.get(gui, {}).get(message.uuid)
+        if arrival is not None:
+            arrival(client_id, value)
 
     gui._websock_interface.register_handler(messages.GuiUpdateMessage, checked)
+
+
+def on_arrival(handle: Any, call: Arrival) -> None:
+    """Have `call` called, on viser's event loop, with each value of a widget from a browser.
+
+    viser's own callbacks read the value from the widget, where another thread may have set a
+    different one since it arrived, and are not called if another has just set the same.
+    """
+    _arrivals.setdefault(handle._impl.gui_api, {})[widget_id(handle)] = call
 
 
 def _guard_uploads(gui: Any, reject: Reject) -> None:
@@ -221,7 +239,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             fault = "that button cannot be used now"
         if fault is not None:
             _acknowledge(gui, client_id, message)
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, None)
             return
         begin(client_id, message)
         if message.transfer_uuid in gui._current_file_upload_states:
@@ -233,7 +251,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             return
         if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             gui._current_file_upload_states.pop(message.transfer_uuid, None)
-            reject(client_id, None, "the upload is larger than it said")
+            reject(client_id, None, "the upload is larger than it said", None)
             return
         state["touched"] = time.monotonic()
         go_on(client_id, message)
@@ -324,7 +342,11 @@ def update_fault(handle: Any, updates: Any) -> str | None:
         return "only its value can be changed"
     if getattr(handle, "disabled", False):
         return "it cannot be used now"
-    value = updates["value"]
+    return value_fault(handle, updates["value"])
+
+
+def value_fault(handle: Any, value: Any) -> str | None:
+    """Return why a widget cannot have a value that somebody else has told, or None."""
     if isinstance(handle, handles.GuiSliderHandle | handles.GuiNumberHandle):
         return number_fault(value, handle.min, handle.max)
     if isinstance(handle, handles.GuiButtonGroupHandle | handles.GuiDropdownHandle):
@@ -360,6 +382,7 @@ __all__ = [
     "know_array_types",
     "name_widgets",
     "number_fault",
+    "on_arrival",
     "refuse_tunnel",
     "set_camera_lock",
     "skip_client_build",
@@ -367,6 +390,7 @@ __all__ = [
     "unfinished_uploads",
     "update_fault",
     "upload_fault",
+    "value_fault",
     "watch_charts",
     "widget_id",
 ]

@@ -5,10 +5,13 @@ from collections.abc import Callable
 from typing import Any
 
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.views.tabs.look import MODES
+
+_CROSSING_SECONDS = 0.5
+"""For so long may what we set the position slider to be on its way to a browser whose visitor has
+moved it meanwhile: then his value must follow, or his slider stays at ours."""
 
 
 def _play(page: Page, value: Asked) -> None:
@@ -24,6 +27,10 @@ def set_playing(page: Page, playing: bool) -> None:
 def _position(page: Page, value: Asked) -> None:
     set_playing(page, False)
     page.playback.set_share(float(value.value) / 100.0)
+    handle = page.view.transport.position
+    if time.monotonic() - page.mirrored_at < _CROSSING_SECONDS:
+        handle.value = value.value
+        viser_internals.force_value(page.target.gui, handle)
 
 
 def _mode(page: Page, value: Asked) -> None:
@@ -95,9 +102,6 @@ def _dark(page: Page, value: Asked) -> None:
 def set_dark(page: Page, dark: bool) -> None:
     """Change between the light and the dark theme."""
     page.view.repaint(page.target.gui, dark)
-    page.show_legends()
-    show_result(page)
-    page.touched = True
 
 
 def _forces(page: Page, value: Asked) -> None:

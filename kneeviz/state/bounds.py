@@ -62,6 +62,7 @@ class Bounds:
             note=knee.note,
             distribution=knee.distribution,
             deviations=knee.deviations,
+            sources=knee.sources,
         )
 
 
