@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore import runs
 from kneecore.box import Box
 from kneecore.errors import ModelError, ParameterError
-from kneecore.inputs import Input, Output
+from kneecore.inputs import Input
+from kneecore.outputs import Output
 from kneecore.progress import Cancelled
 from kneecore.runs.evaluation import Evaluation, Watch
 from kneecore.runs.options import RunOptions
@@ -51,8 +52,9 @@ class Runner(Box):
         *,
         batched: bool,
         options: RunOptions,
+        correlation: Any = None,
     ) -> None:
-        super().__init__(inputs)
+        super().__init__(inputs, correlation)
         self.outputs = outputs
         self._run, self._batched = run, batched
         self._take_options(options)
@@ -157,6 +159,7 @@ class Runner(Box):
             raise ParameterError(
                 f"`x` has shape {points.shape}; (n, {len(self.inputs)}) is allowed"
             )
+        self.check_allowed(points)
         return self.examine(points).y
 
     def examine(

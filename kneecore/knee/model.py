@@ -10,6 +10,7 @@ Examples
 'ok'
 """
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self, get_args
@@ -20,10 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
 from kneecore._second_compiler import compile_apart, wait_for
-from kneecore.inputs import Input, Output
 from kneecore.knee import bounds
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
+from kneecore.knee.likely import inputs_of
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import MAX_REFINEMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
@@ -45,8 +46,8 @@ from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
 from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
-from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
+from kneecore.outputs import Output
 
 __all__ = ["Knee"]
 
@@ -58,21 +59,6 @@ FLEXION = Output(
 """Flexion > 0; the moment extends where it is positive."""
 ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
 """The loads from the largest extension to the largest flexion."""
-
-
-def _inputs(space: ParameterSpace) -> list[Input]:
-    return [
-        Input(
-            name,
-            nominal=float(space.baseline[k]),
-            lower=float(space.lower[k]),
-            upper=float(space.upper[k]),
-            unit=si_unit(STRUCTURE[k][3]),
-            shown_unit=STRUCTURE[k][3],
-            shown_scale=si_factor(STRUCTURE[k][3]),
-        )
-        for k, name in enumerate(space.names)
-    ]
 
 
 class Knee(Model):
@@ -121,13 +107,14 @@ class Knee(Model):
         threads: int | None = None,
         workers: Any = None,
     ) -> None:
-        self.space = ParameterSpace() if space is None else check_space(space)
+        space = ParameterSpace() if space is None else check_space(space)
+        self.space = space
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
         self._most_halvings = MAX_REFINEMENTS
         super().__init__(
             None,
-            _inputs(self.space),
+            inputs_of(space.baseline, space.centre, *space.stated, space.likely),
             [FLEXION],
             name=self.space.title,
             threads=threads,
@@ -187,6 +174,10 @@ class Knee(Model):
     def with_widths(self, factors: ArrayLike) -> Self:
         """Return the knees with bounds `factors` times as wide, around the box's centre."""
         return self.with_space(bounds.with_narrower(self.space, self._factors(factors)))
+
+    def with_quantile(self, quantile: float | None) -> Self:
+        """Return the knees with bounds that hold so much of each parameter's distribution."""
+        return self.with_space(dataclasses.replace(self.space, quantile=quantile))
 
     def with_space(self, space: ParameterSpace) -> Self:
         """Return the knees of another space, computed in the same way."""

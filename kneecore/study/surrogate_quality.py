@@ -80,7 +80,7 @@ def new_points(model: UnitModel, n: int, seed: int) -> tuple[FloatArray, FloatAr
     ModelError
         If fewer than 4 did not fail.
     """
-    u = uniform(n, model.model.n_free, (seed + _TEST_SEEDS) % 2**63)
+    u = model.model.snapped(uniform(n, model.model.n_free, (seed + _TEST_SEEDS) % 2**63))
     y = model(u)
     good = np.isfinite(y).all(axis=1)
     if np.count_nonzero(good) < 4:
