@@ -5,11 +5,8 @@ from kneeviz.state import results
 from kneeviz.views.html import marks
 from kneeviz.views.html.pieces import box, escape, faint, number, table
 
-STALE = "<b>Bounds changed since.</b><br>"
-STALE_STYLE = "opacity:.45"
 
-
-def sampling(found: MonteCarloResult, *, stale: bool) -> str:
+def sampling(found: MonteCarloResult) -> str:
     """Return what a Monte-Carlo study found at the largest moments, failures counted."""
     spread = found.y
     rows = [
@@ -27,15 +24,9 @@ def sampling(found: MonteCarloResult, *, stale: bool) -> str:
         f"{found.n_samples:,} knees, {found.settings.sampling}, seed {results.seed(found)}: "
         f"<b>{found.n_failed:,} failed</b> (left out), {marks.counted(found.counts)}."
     )
-    return box(
-        (STALE if stale else "") + table(head, rows) + faint(note),
-        style=STALE_STYLE if stale else "",
-    )
+    return box(table(head, rows) + faint(note))
 
 
-def judged(words: str, *, stale: bool) -> str:
+def judged(words: str) -> str:
     """Return what became of the paper's claims."""
-    return box(
-        (STALE if stale else "") + f"The paper: {escape(words)}",
-        style=STALE_STYLE if stale else "",
-    )
+    return box(f"The paper: {escape(words)}")
