@@ -1,6 +1,6 @@
 """The side of a model that is run: here or elsewhere, kept, timed out, its failures told."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -161,6 +161,22 @@ class Runner(Box):
             )
         self.check_allowed(points)
         return self.examine(points).y
+
+    @property
+    def screening(self) -> Self:
+        """The model as a search of very many points may use it: doomed runs may fail early.
+
+        A run that does not fail gives what it always gives.
+        """
+        return self
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many of the points (n, d) bear each of the model's marks, such as "unsettled".
+
+        Empty where a model has none.
+        """
+        del x
+        return {}
 
     def examine(
         self, x: FloatArray, *, observe: bool = False, watch: Watch | None = None
