@@ -19,6 +19,7 @@ from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
 from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
+from kneeviz.page.framing import Framing, Subject
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
 from kneeviz.state.history import History
@@ -73,6 +74,7 @@ class Page:
         """What draws a file to take away."""
         self.motion = Motion()
         self.animation = Animation()
+        self.framing = Framing(clients, self.view.left, post)
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
@@ -115,13 +117,20 @@ class Page:
     @property
     def moving(self) -> bool:
         """Whether the picture changes by itself."""
-        return self.model_ready and (self.playback.playing or self.animation.running)
+        return self.model_ready and (
+            self.playback.playing or self.animation.running or self.framing.running
+        )
 
     @property
     def knees(self) -> Knees:
         """The visitor's knee and, if they are shown, both worst cases."""
         one, two = self.state.worst if self.overlay else (None, None)
         return self.state.current, one, two
+
+    @property
+    def subject(self) -> Subject:
+        """What the cameras are to show."""
+        return Subject(self.knees, self.view.scene.spatial, self.landscape.shown)
 
     @property
     def poses(self) -> Poses:
@@ -158,6 +167,8 @@ class Page:
         if glided is not None:
             self.playback.set_share(glided)
         self.playback.advance(now)
+        self.framing.follow(self.subject, now)
+        self.framing.advance(now)
 
     def show_knee(self, x: FloatArray, *, final: bool) -> None:
         """Solve the knee `x` for display; the last one is also the one that is kept."""

@@ -14,6 +14,7 @@ from kneecore.files.folder import write_file
 from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
+from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.jobs.keeper import Keeper
 from kneeviz.page.page import Clients, Page, Target
@@ -144,9 +145,9 @@ class App:
 
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
-        first.fov = float(camera.FIELD_OF_VIEW)
-        first.position = camera.knee_position(False)
-        first.look_at = camera.CENTRE
+        first.fov = float(framing.FIELD_OF_VIEW)
+        first.position = camera.position(camera.FIRST, camera.FRONT)
+        first.look_at = camera.FIRST.centre
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
