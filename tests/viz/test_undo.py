@@ -195,7 +195,7 @@ class TestWhatIsLimited:
             visitor.set(widget(handle), bad)
         visitor.wait(lambda c: c.notifications)
         assert settled(page) == began
-        assert page.history.before is None
+        assert page.history.undo() is None
         assert len(visitor.notifications) == 1
 
     def test_narrower_bounds_tell_once_and_undo_gives_the_knee_back(self, page, visitor):
@@ -227,6 +227,17 @@ class TestKeptState:
         finally:
             again.stop()
         assert path.read_text() == began  # the last state is written before the server ends
+
+    def test_a_lesson_is_nothing_to_come_back_to(self, page, visitor, monkeypatch):
+        kept, learn = [], page.view.learn
+        monkeypatch.setattr(page, "keep", kept.append)
+        press(visitor, learn.press)
+        eventually(lambda: page.lesson == 0)
+        Changes(visitor, page).slider()
+        settled(page)
+        assert kept == []
+        press(visitor, learn.turn, "Back")
+        eventually(lambda: page.lesson is None)
 
     @pytest.mark.parametrize(
         ("change", "why"),
