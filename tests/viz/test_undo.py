@@ -11,6 +11,7 @@ from viz.visits import press, wait_for_result, widget
 from viz.websocket_client import WebSocketClient
 
 from kneecore import NAMES, FileFormatError, OutputError, ParameterError, asset_path
+from kneeviz.jobs import keeper as keeper_module
 from kneeviz.jobs.keeper import Keeper
 from kneeviz.server.app import App
 from kneeviz.state import saved
@@ -167,7 +168,7 @@ class TestSteps:
         mine = settled(page)
         change(visitor, page, START_OVER)
         eventually(lambda: settled(page) == began)
-        visitor.wait(lambda c: c.values[widget(page.view.knee.bounds["geometry_mm"])] == 1.0)
+        assert page.view.knee.bounds["geometry_mm"].value == 1.0
         visitor.wait(lambda c: c.props[widget(page.view.found)]["content"] == "")
         assert page.view.files.result["result.json"].disabled
         change(visitor, page, UNDO)
@@ -281,6 +282,16 @@ class TestKeptState:
     def test_visitors_with_pages_of_their_own_have_no_common_state(self, tmp_path):
         with pytest.raises(ParameterError, match="page of his own"):
             App(port=0, state=tmp_path / "state.json", shared=False)
+
+    def test_the_last_state_is_written_before_the_server_ends(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(keeper_module, "_BETWEEN", 60.0)
+        path = tmp_path / "state.json"
+        keeper = Keeper(path, lambda _: None)
+        keeper.keep(lambda: "first")
+        eventually(path.exists)
+        keeper.keep(lambda: "last")
+        keeper.stop()
+        assert path.read_text() == "last"
 
     def test_a_disk_that_fills_up_is_told_once(self, tmp_path):
         told, folder = [], tmp_path / "gone"
