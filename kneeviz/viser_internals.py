@@ -104,6 +104,36 @@ def watch_charts(client: viser.ClientHandle) -> None:
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
 
 
+_NAME_WIDGETS = """(() => {
+  const name = (node, text) => {
+    if (node && text && !node.getAttribute("aria-label")) node.setAttribute("aria-label", text);
+  };
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  const inputs = "[role=slider], input:not([type=hidden])";
+  clearInterval(window.__kneevizNames);
+  window.__kneevizNames = setInterval(() => {
+    document.documentElement.lang = "en";
+    for (const label of all("label[for]")) {
+      const widget = document.getElementById(label.htmlFor), text = label.textContent.trim();
+      const row = label.closest("[class*='Flex-root']");
+      for (const root of [widget, row])
+        if (root) all(inputs, root).forEach((node) => name(node, text));
+    }
+    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
+    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
+  }, 700);
+})();"""
+
+
+def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
+    """Give sliders, charts and the picture names in this client, for who hears the page.
+
+    viser's sliders and canvases have none.
+    """
+    source = _NAME_WIDGETS % (chart, scene)
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
+
+
 def force_value(gui: Any, handle: Any) -> None:
     """Send a widget's value even if the server believes that the browser has it."""
     gui._websock_interface.queue_message(
@@ -350,6 +380,7 @@ __all__ = [
     "guard",
     "is_own_server",
     "know_array_types",
+    "name_widgets",
     "number_fault",
     "on_arrival",
     "refuse_tunnel",

@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from kneeviz.actions import (
+    commands,
     export,
     files,
     knee,
@@ -29,6 +30,7 @@ def _reject(page: Page, value: tuple[int, Any, str, Any], _client: int) -> None:
 ACTIONS: dict[str, Callable[..., None]] = {
     **knee.ACTIONS,
     **view.ACTIONS,
+    **commands.ACTIONS,
     **search.ACTIONS,
     **live.ACTIONS,
     **methods.ACTIONS,

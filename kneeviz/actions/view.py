@@ -86,6 +86,9 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
+        viser_internals.name_widgets(
+            client, "the knees' curves", "The knee; its pose is told in the panel"
+        )
 
 
 def _resized(page: Page, _value: Any, client_id: int) -> None:
@@ -93,7 +96,12 @@ def _resized(page: Page, _value: Any, client_id: int) -> None:
 
 
 def _dark(page: Page, value: Asked) -> None:
-    page.view.repaint(page.target.gui, bool(value.value))
+    set_dark(page, bool(value.value))
+
+
+def set_dark(page: Page, dark: bool) -> None:
+    """Change between the light and the dark theme."""
+    page.view.repaint(page.target.gui, dark)
 
 
 def _forces(page: Page, value: Asked) -> None:

@@ -14,6 +14,7 @@ from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
@@ -53,6 +54,7 @@ class View:
         self.landscape: LandscapeScene | None = None
         self._add_left(gui, post)
         self._add_right(gui, post, state)
+        self.commands = add_commands(gui, post)
 
     def _add_left(self, gui: Any, post: Post) -> None:
         colours = theme.palette(self.dark)

@@ -18,11 +18,11 @@ on_press = on_value
 """A button's value is that it was pressed; a group's, which of its buttons."""
 
 
-def on_command(handle: Any, post: Post, key: Hashable) -> None:
-    """Post an `Asked` under `key` whenever a browser gives the command."""
+def on_command(handle: Any, post: Post, key: Hashable, value: Any = True) -> None:
+    """Post an `Asked` with `value` under `key` whenever a browser gives the command."""
 
     async def given(event: Any) -> None:
         if event.client_id is not None:
-            post(key, Asked(handle, event.client_id, True))
+            post(key, Asked(handle, event.client_id, value))
 
     handle.on_trigger(given)
