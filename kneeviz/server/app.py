@@ -44,8 +44,6 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
-    kernels : KernelWarmUp, optional
-        One that was started earlier.
 
     Raises
     ------
@@ -63,7 +61,6 @@ class App:
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
-        kernels: KernelWarmUp | None = None,
     ) -> None:
         self._knee = kneecore.packaged_knee() if knee is None else knee
         self._result = None if result is None else results.of_knees(result)
@@ -78,7 +75,7 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up = KernelWarmUp() if kernels is None else kernels
+        self.warm_up = KernelWarmUp()
         self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Session] = {}
         if shared:
