@@ -38,7 +38,7 @@ from numba.core.registry import CPUDispatcher
 from kneecore import _kernel_cache
 from kneecore._kernel_folder import cache_folder
 
-__all__ = ["inline", "inner", "kernel"]
+__all__ = ["inline", "inner", "kernel", "written_in"]
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _FASTMATH = {"contract"}
@@ -71,7 +71,7 @@ class _CalledByKernels(CPUDispatcher):  # type: ignore[misc]
         return self.py_func(*arguments)
 
 
-def inner(function: _F, *, inlined: bool = False) -> _F:
+def inner(function: _F, *, inlined: bool = False, written: bool = False) -> _F:
     """Compile `function`, which only kernels call."""
     if config.DISABLE_JIT:
         return _interpreted(function)
@@ -80,6 +80,7 @@ def inner(function: _F, *, inlined: bool = False) -> _F:
         error_model="numpy",
         fastmath=_FASTMATH,
         forceinline=inlined,
+        inline="always" if written else "never",
         no_cpython_wrapper=True,
         no_cfunc_wrapper=True,
     )(function)
@@ -90,6 +91,15 @@ def inner(function: _F, *, inlined: bool = False) -> _F:
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small `function` into each of the kernels that call it."""
     return inner(function, inlined=True)
+
+
+def written_in(function: _F) -> _F:
+    """Compile `function` as a part of its only caller.
+
+    Numba puts its text there, so that it is optimised once; alone it would be optimised, turned
+    into machine code, and then optimised again within the caller. It gains for large functions.
+    """
+    return inner(function, written=True)
 
 
 class _NumpyMath:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, kernel, written_in
 from kneecore.numerics import breeding
 from kneecore.numerics.atomic import fetch, fetch_add
 from kneecore.numerics.thin_plate import LANES
@@ -73,7 +73,7 @@ def _add_product(matrix, first, v, y):  # type: ignore[no-untyped-def]
             y[3, j] += d0 * v0 + d1 * v1 + d2 * v2 + d3 * v3
 
 
-@inline
+@written_in
 def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type: ignore[no-untyped-def]
     """Fill `q` (4, LANES) with q log2(q) of the squared distances from four centres on.
 
@@ -99,7 +99,7 @@ def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type
         flat[i] *= exponents[i] + f * p
 
 
-@inline
+@written_in
 def _compare(  # type: ignore[no-untyped-def]
     pairs, first, stop, shift, centres, centre_squares, weights, tail, wanted, totals
 ):
