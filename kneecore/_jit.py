@@ -93,7 +93,7 @@ def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     return inner(function, inlined=True)
 
 
-def written_in(function: _F) -> _F:
+def written_in(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` as a part of its only caller.
 
     Numba puts its text there, so that it is optimised once; alone it would be optimised, turned

@@ -383,10 +383,26 @@ class Model(Runner):
         good = np.isfinite(values) & np.isfinite(slopes).all(axis=1)
         return np.where(good, values, -np.inf), np.where(good[:, None], slopes, 0.0), y
 
+    @property
+    def screening(self) -> Self:
+        """The model as a search of very many points may use it: doomed runs may fail early.
+
+        A run that does not fail gives what it always gives.
+        """
+        return self
+
     def responses(self, x: FloatArray) -> Sequence[Any]:
         """Return all that the model tells of each point (n, d); empty where y is all."""
         del x
         return ()
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many of the points (n, d) bear each of the model's marks, such as "unsettled".
+
+        Empty where a model has none.
+        """
+        del x
+        return {}
 
     def draw(self, x: ArrayLike) -> Sequence[Shape]:
         """Return the picture of one point, shape (d,); empty where the model has none."""

@@ -47,6 +47,9 @@ class Options:
     """A knee file (TOML) to start from instead of the packaged baseline."""
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
+    state: _File = None
+    """A file that keeps the knee, bounds, settings and result of the shared page as they change.
+    If it is there, the page opens as it was left."""
     shared: bool = False
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
@@ -137,6 +140,8 @@ def start(options: Options) -> "App":
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    if options.state is not None and options.per_visitor:
+        raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
     compile_ahead()  # while numba, viser and the rest are imported here
@@ -158,6 +163,7 @@ def start(options: Options) -> "App":
         shared=not options.per_visitor,
         token=token,
         allow_hosts=options.allow_host,
+        state=options.state,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):

@@ -26,7 +26,7 @@ from kneecore.knee.ahead import AT_REST, IN_MOTION
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
-from kneecore.knee.physics.dynamics import flexion_of, respond
+from kneecore.knee.physics.dynamics import MAX_REFINEMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
 from kneecore.knee.physics.marks import compile_marks
 from kneecore.knee.picture import shapes
@@ -126,6 +126,7 @@ class Knee(Model):
         self.space = ParameterSpace() if space is None else check_space(space)
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
+        self._most_halvings = MAX_REFINEMENTS
         super().__init__(
             None,
             _inputs(self.space),
@@ -176,8 +177,10 @@ class Knee(Model):
     @property
     def identity(self) -> bytes:
         """What tells its runs from those of other knees, or computed in another way."""
-        way = f"{self.solver} {self.rest_length}".encode()
-        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+        way = f"{self.solver} {self.rest_length}"
+        if self._most_halvings < MAX_REFINEMENTS:
+            way += f" {self._most_halvings}"
+        return b"\0".join([super().identity, way.encode(), self.space.baseline.tobytes()])
 
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
@@ -210,6 +213,16 @@ class Knee(Model):
         )
 
     @property
+    def screening(self) -> Self:
+        """The same knees; in motion, one that needs the time step halved more than once fails.
+
+        Nearly all of those fail in the end, after seven times the work.
+        """
+        knee = self._copy()
+        knee._most_halvings = 1
+        return knee
+
+    @property
     def has_picture(self) -> bool:
         """Circle, line and ligaments can be drawn."""
         return True
@@ -236,7 +249,7 @@ class Knee(Model):
             poses, lost_at = equilibria(rows, self.threads)
             counts = {"failed": int(np.count_nonzero(~np.isnan(lost_at)))}
             return Evaluation(y=np.degrees(flexion_of(poses)), counts=counts)
-        poses, settled, refinements = respond(rows, self.threads)
+        poses, settled, refinements = respond(rows, self.threads, self._most_halvings)
         failed = refinements < 0
         return Evaluation(
             y=np.degrees(flexion_of(poses)),
@@ -258,9 +271,7 @@ class Knee(Model):
             counts={
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
-                "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
-                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
-                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
+                **_marks(batch, good),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -280,6 +291,11 @@ class Knee(Model):
             threads=1,
         )
         return list(batch)
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many knees, SI, shape (n, 28), bear each mark at some load."""
+        batch = self.simulate_batch(x)
+        return _marks(batch, ~batch.failed)
 
     def simulate(self, x: ArrayLike) -> Response:
         """Return one knee's response, `x` of shape (28,) or (32,), SI."""
@@ -325,6 +341,15 @@ class Knee(Model):
         if gradient:
             wait_for(AT_REST)
             flexion_gradient(self.space.baseline)
+
+
+def _marks(batch: ResponseBatch, chosen: NDArray[np.bool_]) -> dict[str, int]:
+    """Return how many of the chosen knees (n,) bear each mark at some load."""
+    return {
+        "unsettled": int(np.count_nonzero(~batch.settled[chosen].all(axis=1))),
+        "not_at_rest": int(np.count_nonzero(~batch.at_rest[chosen].all(axis=1))),
+        "implausible": int(np.count_nonzero(batch.implausible[chosen].any(axis=1))),
+    }
 
 
 def compile_at_rest() -> None:

@@ -26,6 +26,8 @@ from kneecore.numerics.sampling_options import check_seed
 __all__ = ["Indices", "sobol_indices"]
 
 FloatArray = NDArray[np.float64]
+BATCH = 64
+"""Base rows that are evaluated at once; a power of two."""
 MAX_TRIES = 4
 """Base rows that are tried at most for each that is wanted, where models fail."""
 
@@ -119,7 +121,7 @@ def sobol_indices(
     n_base: int = 1024,
     seed: int = 0,
     n_resamples: int = 0,
-    batch: int = 64,
+    batch: int = BATCH,
     callback: Callable[[int, int], object] | None = None,
 ) -> Indices:
     """Return Sobol' indices of a model on the unit cube, its inputs uniform and independent.

@@ -10,7 +10,8 @@ Examples
 (5, 5, 12)
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +54,9 @@ class Landscape(Presented):
     the model failed."""
     y_surrogate: FloatArray | None
     """The surrogate's outputs, shape (n, n, m), or None where there is no surrogate."""
+    counts: Mapping[str, int]
+    """Models of the grid by what became of them, as in `MonteCarloResult`; empty where an older
+    file did not tell."""
     versions: dict[str, str]
 
     @property
@@ -84,8 +88,10 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     return model.names.index(names[0]), model.names.index(names[1])
 
 
-def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
-    """Run a model for points (n, d), with a report after every few."""
+def _run(
+    model: Model, points: FloatArray, callback: Callback | None
+) -> tuple[FloatArray, dict[str, int]]:
+    """Run a model for points (n, d), with a report after every few; count what became of them."""
 
     def watch(done: int) -> object:
         report = Progress(stage="sampling", done=done, total=len(points))
@@ -94,11 +100,15 @@ def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatAr
     if watch(0):
         raise Cancelled
     batches = (points[first : first + BATCH] for first in range(0, len(points), BATCH))
-    parts = [done.y for done in model.stream(batches, watch=watch)]
+    counts: Counter[str] = Counter()
+    parts = []
+    for done in model.stream(batches, observe=True, watch=watch):
+        parts.append(done.y)
+        counts.update(done.counts)
     if sum(map(len, parts)) < len(points):
         raise Cancelled
     watch(len(points))
-    return np.concatenate(parts)
+    return np.concatenate(parts), dict(counts)
 
 
 def landscape(
@@ -148,12 +158,14 @@ def landscape(
     points[..., first], points[..., second] = axes[0][:, None], axes[1][None, :]
     flat = points.reshape(-1, len(centre))
     shape = (n_points, n_points, model.n_outputs)
+    y, counts = _run(model, flat, callback)
     return Landscape(
         model=model,
         names=(names[0], names[1]),
         x=centre,
         axes=(axes[0], axes[1]),
-        y=_run(model, flat, callback).reshape(shape),
+        y=y.reshape(shape),
         y_surrogate=None if surrogate is None else surrogate.predict(flat).reshape(shape),
+        counts=counts,
         versions=versions(),
     )

@@ -4,21 +4,27 @@ import contextlib
 import io
 import logging
 from collections.abc import Sequence
+from pathlib import Path
 
 import viser
 
 import kneecore
-from kneecore import KneeFile, SearchResult
+from kneecore import KneecoreError, KneeFile, ParameterError, SearchResult
+from kneecore.files.folder import write_file
 from kneeviz import viser_broadcast, viser_internals
+from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
+from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
+from kneeviz.jobs.keeper import Keeper
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
-from kneeviz.state import results
+from kneeviz.state import results, saved
+from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -44,11 +50,19 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
+    state : path, optional
+        A file in which the state of the shared page is kept; if it is there, the page opens as
+        it was left.
 
     Raises
     ------
     ParameterError
-        If `result` is of a model that is no knee.
+        If `result` is of a model that is no knee, or if `state` is given though visitors have
+        pages of their own.
+    FileFormatError
+        If the file of the state cannot be read.
+    OutputError
+        If it cannot be written.
     """
 
     def __init__(
@@ -61,7 +75,11 @@ class App:
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
+        state: str | Path | None = None,
     ) -> None:
+        if state is not None and not shared:
+            raise ParameterError("`state` is given, but each visitor has a page of his own")
+        left = saved.read(state) if state is not None and Path(state).exists() else None
         self._knee = kneecore.packaged_knee() if knee is None else knee
         self._result = None if result is None else results.of_knees(result)
         self.shared = shared
@@ -78,8 +96,9 @@ class App:
         self.warm_up = KernelWarmUp()
         self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Session] = {}
+        self._keeper: Keeper | None = None
         if shared:
-            self._common[None] = self._new_session(self.server, self.server.get_clients)
+            self._share(left, None if state is None else Path(state))
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
         self.warm_up.start()
@@ -115,22 +134,47 @@ class App:
         for session in self._common.values():
             self._end(session)
         self._common = {}
+        if self._keeper is not None:
+            self._keeper.stop()
         uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
-        first.fov = float(camera.FIELD_OF_VIEW)
-        first.position = camera.knee_position(False)
-        first.look_at = camera.CENTRE
+        first.fov = float(framing.FIELD_OF_VIEW)
+        first.position = camera.position(camera.FIRST, camera.FRONT)
+        first.look_at = camera.FIRST.centre
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
-    def _new_session(self, target: Target, clients: Clients) -> Session:
+    def _share(self, left: Snapshot | None, path: Path | None) -> None:
+        """Make the page of all visitors; it opens as it was `left`, and is kept at `path`."""
+        session = self._common[None] = self._session(self.server, self.server.get_clients)
+        try:
+            if left is not None:
+                undo.open_as_left(session.page, left)
+            if path is not None:
+                write_file(path, saved.to_text(session.page.snapshot()).encode())
+                self._keeper = Keeper(path, lambda why: session.post("not_kept", why))
+                session.page.keep = self._keep
+        except KneecoreError:
+            self.stop()
+            raise
+        self._start(session)
+
+    def _keep(self, state: Snapshot) -> None:
+        assert self._keeper is not None
+        self._keeper.keep(lambda: saved.to_text(state))
+
+    def _session(self, target: Target, clients: Clients) -> Session:
         session = Session(target, self._knee, clients)
         if self._result is not None:
             take_result(session.page, self._result)
+        session.page.begin()
+        return session
+
+    def _start(self, session: Session) -> Session:
         session.start()
         self.warm_up.tell(session.post)
         return session
@@ -138,7 +182,7 @@ class App:
     def _session_of(self, client: viser.ClientHandle) -> Session | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._new_session(client, lambda: {client.client_id: client})
+        return self._start(self._session(client, lambda: {client.client_id: client}))
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:

@@ -60,6 +60,7 @@ class Bounds:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
+            sources=knee.sources,
         )
 
 

@@ -64,7 +64,7 @@ class TestSliders:
             go_on.wait(20)
 
         monkeypatch.setattr(page.notices, "deliver", hold)
-        page.post("live_settings")
+        page.post(("setting", "search.seed"))
         assert held.wait(20)
         for index in (0, 4, 8, ACL_Y):
             handle = page.view.knee.sliders[index]

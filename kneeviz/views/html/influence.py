@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kneecore import MOMENT, InfluenceResult, WorstCaseSlopes
 from kneecore.knee.parameters import STRUCTURE
 from kneeviz.views import theme
-from kneeviz.views.html import pieces
+from kneeviz.views.html import marks, pieces
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.svg import LABELS, ROW, WIDTH, drawing, rect
 from kneeviz.views.html.svg import text as label_at
@@ -193,7 +193,8 @@ def caption(found: InfluenceResult, *, bars: bool) -> str:
         if bars
         else "Total indices in %; the frame is the chosen load."
     )
-    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}."
+    marked = f": {told}" if (told := marks.counted(found.counts)) else ""
+    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}{marked}."
 
 
 def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:

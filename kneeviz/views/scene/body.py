@@ -42,9 +42,7 @@ def ligament_colour(index: int, tension: float, slack: theme.RGB) -> theme.RGB:
 class Body:
     """A tibia with its fibula, plateau line and ligaments: the visitor's knee or an overlay."""
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, layer: int, ghost: theme.RGB | None
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, layer: int, ghost: str | None) -> None:
         self._scene, self._name, self._layer, self._ghost = scene, name, layer, ghost
         self.frame = scene.add_frame(f"/{name}/tibia", show_axes=False)
         self._meshes, self._rims = [], []
@@ -86,7 +84,7 @@ class Body:
 
     def paint(self, colours: theme.Palette, spatial: bool, share: float = 1.0) -> None:
         """Take the theme's colours; `share` fades an overlay in."""
-        ghost = self._ghost
+        ghost = None if self._ghost is None else theme.rgb(getattr(colours, self._ghost))
         for mesh, rim, own in zip(
             self._meshes, self._rims, (colours.bone, colours.fibula), strict=True
         ):

@@ -35,7 +35,7 @@ class KneeScene:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
-        self.spatial, self.dark, self.forces = False, False, False
+        self.spatial, self.forces = False, False
         self.hidden = False
         self._colours = theme.palette(False)
         scene.set_up_direction("+y")
@@ -54,8 +54,8 @@ class KneeScene:
         self._femur = add_mesh(scene, "/knee/femur", femur, 4)
         self._femur_rim = add_rim(scene, "/knee/femur_rim", femur, 5)
         self.overlays = (
-            Body(scene, "worst_1", 8, theme.rgb(theme.MODEL_1)),
-            Body(scene, "worst_2", 14, theme.rgb(theme.MODEL_2)),
+            Body(scene, "worst_1", 8, "model_1"),
+            Body(scene, "worst_2", 14, "model_2"),
         )
         for overlay in self.overlays:
             overlay.set_visible(False)
@@ -63,9 +63,14 @@ class KneeScene:
         self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, 3.0)
         self.repaint()
 
+    def paint(self, colours: theme.Palette) -> None:
+        """Take other colours."""
+        self._colours = colours
+        self.repaint()
+
     def repaint(self, *, overlay_share: float = 1.0) -> None:
-        """Apply theme and view (flat or 3D) to every node."""
-        self._colours = colours = theme.palette(self.dark)
+        """Apply colours and view (flat or 3D) to every node."""
+        colours = self._colours
         shaded = self.spatial or self.hidden  # what takes the knee's place is a landscape
         self._ambient.intensity = 1.7 if shaded else float(np.pi)
         self._sun.intensity = 2.2 if shaded else 0.0
