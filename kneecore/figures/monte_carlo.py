@@ -25,9 +25,9 @@ __all__ = ["band_figure", "draw"]
 FloatArray = NDArray[np.float64]
 
 
-def draw(study: MonteCarloResult) -> dict[str, Figure]:
-    """Return a study's figures by name."""
-    return {"figure_band": band_figure(study)}
+def draw(study: MonteCarloResult, worst: SearchResult | None = None) -> dict[str, Figure]:
+    """Return a study's figures by name, with a worst case if there is one."""
+    return {"figure_band": band_figure(study, worst)}
 
 
 def band_figure(study: MonteCarloResult, worst: SearchResult | None = None) -> Figure:

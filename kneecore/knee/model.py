@@ -22,12 +22,14 @@ from kneecore._arguments import choice
 from kneecore._arrays import numbers
 from kneecore._second_compiler import compile_apart, wait_for
 from kneecore.knee import bounds
+from kneecore.knee.ahead import AT_REST, IN_MOTION
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
 from kneecore.knee.likely import inputs_of
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
 from kneecore.knee.physics.dynamics import MAX_REFINEMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
+from kneecore.knee.physics.marks import compile_marks
 from kneecore.knee.picture import shapes
 from kneecore.knee.response import (
     LARGEST_EXTENSION,
@@ -322,20 +324,14 @@ class Knee(Model):
     def warm_up(self, *, gradient: bool = False) -> None:
         """Run each of the knee's kernels once."""
         if gradient:
-            compile_apart(_AT_REST)
-        wait_for(_IN_MOTION)
+            compile_apart(AT_REST)
+        if self.solver == "dynamics":  # while another process may be at the motion
+            compile_marks()
+        wait_for(IN_MOTION)
         simulate(self.space.baseline, solver=self.solver)
         if gradient:
-            wait_for(_AT_REST)
+            wait_for(AT_REST)
             flexion_gradient(self.space.baseline)
-
-    @staticmethod
-    def compile_ahead() -> None:
-        """Have another process compile the knee's motion at the first start; return at once.
-
-        It gains time where there is something else to do until the first knee is wanted.
-        """
-        compile_apart(_IN_MOTION)
 
 
 def _marks(batch: ResponseBatch, chosen: NDArray[np.bool_]) -> dict[str, int]:
@@ -347,14 +343,6 @@ def _marks(batch: ResponseBatch, chosen: NDArray[np.bool_]) -> dict[str, int]:
     }
 
 
-_IN_MOTION = "kneecore.knee.model:_compile_in_motion"
-_AT_REST = "kneecore.knee.model:_compile_at_rest"
-
-
-def _compile_in_motion() -> None:
-    simulate(packaged_knee().baseline)
-
-
-def _compile_at_rest() -> None:
+def compile_at_rest() -> None:
     """Compile the larger half of an exact search's kernels."""
     simulate(packaged_knee().baseline, solver="equilibrium")
