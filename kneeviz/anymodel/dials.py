@@ -36,11 +36,18 @@ class Dial:
     upper: float
     nominal: float
     """Bounds and nominal value, in the model's unit, exact."""
+    allowed: tuple[float, ...] | None = None
+    """The only values, where these are few."""
 
     @property
     def step(self) -> float:
         """The slider's step."""
         return float(10.0**-self.digits)
+
+    @property
+    def even(self) -> bool:
+        """Whether its values are a continuum, or equally far from one another."""
+        return self.allowed is None or len(set(np.diff(self.allowed).round(12))) == 1
 
     @property
     def label(self) -> str:
@@ -56,6 +63,8 @@ class Dial:
         """Return the value that a slider's place stands for; its ends and home are exact."""
         if shown == self.home:
             return self.nominal
+        if self.allowed is not None:
+            return min(self.allowed, key=lambda value: abs(value - shown * self.scale))
         if shown <= self.low:
             return self.lower
         return self.upper if shown >= self.high else shown * self.scale
@@ -67,6 +76,8 @@ class Dial:
 
 def _unit(one: Input) -> tuple[float, str]:
     """Return (scale, unit) such that numbers are neither tiny nor huge."""
+    if one.allowed is not None:
+        return one.shown_scale, one.label
     size = max(abs(one.lower), abs(one.upper)) / one.shown_scale
     if _SMALL <= size < _LARGE:
         return one.shown_scale, one.label
@@ -79,7 +90,9 @@ def dial(index: int, one: Input) -> Dial:
     """Return how an input that varies is shown."""
     assert one.nominal is not None
     scale, unit = _unit(one)
-    digits = int(np.ceil(-np.log10((one.upper - one.lower) / scale / _STEPS)))
+    digits = 0
+    if not one.integer:
+        digits = int(np.ceil(-np.log10((one.upper - one.lower) / scale / _STEPS)))
     return Dial(
         index=index,
         name=one.name,
@@ -92,6 +105,7 @@ def dial(index: int, one: Input) -> Dial:
         lower=one.lower,
         upper=one.upper,
         nominal=one.nominal,
+        allowed=one.allowed,
     )
 
 

@@ -163,9 +163,11 @@ class ModelPage:
         old = one.shown(self.state.x[index])
         if abs(shown - old) <= 1e-9 * max(abs(old), one.step):
             return  # the browser repeats what it was told
-        self.state.x[index] = one.value(shown)
+        self.state.x[index] = value = one.value(shown)
+        if one.allowed is not None:
+            shown = one.shown(value)
         handle = self.view.inputs.sliders[index]
-        if handle.value != shown:  # set by us while the visitor moved it
+        if handle.value != shown:  # set by us while the visitor moved it, or not allowed
             handle.value = shown
         self.follow()
 

@@ -56,7 +56,7 @@ def _own(state: ModelState, found: Landscape, spot: NDArray[np.int64]) -> Mark:
     if last is not None and last.y is not None and np.array_equal(last.x, found.x):
         value = float(last.y[k])
     else:
-        i, j = (round(p * (len(found.y) - 1)) for p in place)
+        i, j = (round(p * (n - 1)) for p, n in zip(place, found.y.shape, strict=False))
         value = float(found.y[i, j, k])
     return Mark(place=place, value=value)
 

@@ -108,20 +108,20 @@ def box_around(shown: Picture, *, zoom: bool) -> Box:
     return Box(low=float(low), high=float(high), step=step)
 
 
-def _grid(n: int) -> tuple[FloatArray, FloatArray]:
-    places = np.linspace(0.0, 1.0, n)
-    return places[:, None] + np.zeros(n), places[None, :] + np.zeros((n, 1))
+def _grid(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the places of a sheet's values, each of its shape."""
+    first, second = (np.linspace(0.0, 1.0, n) for n in values.shape)
+    return first[:, None] + np.zeros(len(second)), second[None, :] + np.zeros((len(first), 1))
 
 
 def sheet(box: Box, values: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
-    """Return a sheet's vertices, shape (n * n, 3), m, and its triangles, shape (t, 3).
+    """Return the vertices of a sheet (n, k), shape (n * k, 3), m, and its triangles, (t, 3).
 
     Around a missing value there is a hole.
     """
-    n = len(values)
     known = np.isfinite(values)
-    vertices = box.place(*_grid(n), np.where(known, values, box.low)).reshape(-1, 3)
-    corner = np.arange(n * n).reshape(n, n)
+    vertices = box.place(*_grid(values), np.where(known, values, box.low)).reshape(-1, 3)
+    corner = np.arange(values.size).reshape(values.shape)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
     return vertices, faces[known.ravel()[faces].all(axis=1)].astype(np.uint32)
@@ -129,10 +129,12 @@ def sheet(box: Box, values: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]
 
 def mesh_lines(box: Box, values: FloatArray) -> FloatArray:
     """Return a sheet's lines along both parameters as segments, shape (k, 2, 3), m."""
-    points = box.place(*_grid(len(values)), values)
-    chosen = np.unique(np.linspace(0, len(values) - 1, _MESH_LINES).round().astype(int))
-    along = np.stack([points[:-1, chosen], points[1:, chosen]], axis=2)
-    deep = np.stack([points[chosen, :-1], points[chosen, 1:]], axis=2)
+    points = box.place(*_grid(values), values)
+    first, second = (
+        np.unique(np.linspace(0, n - 1, _MESH_LINES).round().astype(int)) for n in values.shape
+    )
+    along = np.stack([points[:-1, second], points[1:, second]], axis=2)
+    deep = np.stack([points[first, :-1], points[first, 1:]], axis=2)
     segments = np.concatenate([along.reshape(-1, 2, 3), deep.reshape(-1, 2, 3)])
     known: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
     return known

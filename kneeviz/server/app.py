@@ -58,8 +58,6 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
-    kernels : KernelWarmUp, optional
-        One that was started earlier.
     state : path, optional
         A file in which the state of the shared page is kept; if it is there, the page opens as
         it was left.
@@ -86,7 +84,6 @@ class App:
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
-        kernels: KernelWarmUp | None = None,
         state: str | Path | None = None,
     ) -> None:
         if state is not None and not shared:
@@ -112,9 +109,7 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up: KernelWarmUp | None = None
-        if model is None:
-            self.warm_up = KernelWarmUp() if kernels is None else kernels
+        self.warm_up = KernelWarmUp() if model is None else None
         self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Served] = {}
         self._keeper: Keeper | None = None

@@ -11,6 +11,7 @@ from kneeviz.anymodel.dials import dial, dials, folders
 from kneeviz.anymodel.slices import picture_of
 from kneeviz.anymodel.state import ModelState
 from kneeviz.anymodel.views import words
+from kneeviz.geometry import surfaces
 from kneeviz.views import theme
 
 
@@ -53,6 +54,13 @@ class TestDials:
         model = Model(lambda x: 0.0, [held, *inputs(1)], [Output("y")])
         assert [one.index for one in dials(model)] == [1]
         assert "T = 20 &lt;K&gt;" in words.held([held])
+
+    def test_only_allowed_values_are_taken(self):
+        teeth = dial(0, Input("teeth", lower=17, upper=21, integer=True))
+        assert (teeth.step, teeth.value(18.4), teeth.even) == (1.0, 18.0, True)
+        gauge = dial(0, Input("gauge", choices=(0.5, 0.8, 2.0), unit="mm"))
+        assert [gauge.value(v) for v in (0.5, 0.6, 0.7, 1.9)] == [0.5, 0.5, 0.8, 2.0]
+        assert not gauge.even
 
     def test_many_stand_in_folders(self):
         few, many = (dials(model_of(Output("y"), n_inputs=n)) for n in (10, 17))
@@ -134,6 +142,17 @@ def test_names_of_the_users_are_no_markup():
     told = words.numbers(state, [0], curves.curves_of(state), colours)
     assert "&lt;y&gt;" in told
     assert "<y>" not in told + words.comparison(state, colours)
+
+
+def test_a_landscape_over_few_values_is_a_sheet_too():
+    teeth = Input("teeth", lower=17, upper=19, integer=True)
+    model = Model(lambda x: x.sum(), [*inputs(1), teeth], [Output("y")])
+    state = ModelState.of(model)
+    state.landscape = kneecore.landscape(model, ("k_0", "teeth"), n_points=5)
+    shown = picture_of(state, state.landscape)
+    vertices, faces = surfaces.sheet(surfaces.box_around(shown, zoom=False), shown.model)
+    assert (len(vertices), len(faces)) == (5 * 3, 2 * 4 * 2)
+    assert shown.own.place == (0.5, 0.5)
 
 
 def test_a_landscape_of_the_surrogate_alone_is_drawn_as_the_surrogate():

@@ -176,7 +176,7 @@ def _axis(page: ModelPage, value: Asked, k: int) -> None:
     axes = page.view.study.axes
     if axes[0].value == axes[1].value:  # the other takes its place
         shown = page.state.landscape
-        names = page.state.model.free_names
+        names = axes[0].options
         other = shown.names[k] if shown is not None else next(n for n in names if n != value.value)
         axes[1 - k].value = (
             other if other != value.value else next(n for n in names if n != value.value)

@@ -55,13 +55,13 @@ class StudyTab:
         self._connect(post)
 
     def _add_landscape(self, gui: Any, state: ModelState) -> None:
-        names = state.model.free_names
+        names = tuple(one.name for one in state.dials if one.even)
         self.height = gui.add_dropdown("Upright", column_labels(state), visible=False)
-        pair = (names[0], names[-1])
         self.axes = [
-            gui.add_dropdown(label, names, initial_value=name, visible=False)
-            for label, name in zip(("To the right", "Into depth"), pair, strict=True)
+            gui.add_dropdown(label, names or ("",), visible=False)
+            for label in ("To the right", "Into depth")
         ]
+        self.axes[1].value = self.axes[1].options[-1]
         self.key = gui.add_html("", visible=False)
         self.runs["landscape"].visible = len(names) > 1
 
