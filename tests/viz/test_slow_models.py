@@ -58,7 +58,7 @@ def test_a_slow_model_runs_when_it_is_asked_to(open_page):
         assert re.search(r"At most 149 runs, 1\d s", page.view.search.cost.content)
         move(page, 0, 0.75)
         eventually(lambda: page.state.x[0] == 0.75 and not page.touched)
-        assert page.state.last.x[0] == 0.5
+        assert page.state.last.x[0] == page.runs._wanted[0] == 0.5
         assert "for other inputs" in page.view.legend.content
         press(visitor, page.view.running.run)
         data = widget(page.view.charts.charts[0].handle)
@@ -161,7 +161,11 @@ def test_each_visitor_has_sliders_of_his_own_and_leaves_no_process():
             eventually(lambda: pages[0].state.x[0] == 0.75)
             assert pages[1].state.x[0] == 0.5
             eventually(lambda: all(page.state.seconds is not None for page in pages))
+            pages[0].post("search", None)
+            eventually(lambda: pages[0].state.result is not None)
             engines = [page.runs._model._engine for page in pages]
+            engines.append(pages[0].state.model._engine)
+            assert all(engine._pool is not None for engine in engines)
         eventually(lambda: not app.sessions)
         eventually(lambda: all(engine._pool is None for engine in engines))
     finally:
