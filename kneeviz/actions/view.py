@@ -104,6 +104,11 @@ def set_dark(page: Page, dark: bool) -> None:
     page.view.repaint(page.target.gui, dark)
 
 
+def _large(page: Page, value: Asked) -> None:
+    page.view.resize(page.target.gui, bool(value.value))
+    page.touched = True
+
+
 def _forces(page: Page, value: Asked) -> None:
     set_forces(page, bool(value.value))
 
@@ -136,6 +141,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "joined": _joined,
     "resized": _resized,
     "dark": _dark,
+    "large": _large,
     "forces": _forces,
     "overlay": _overlay,
 }

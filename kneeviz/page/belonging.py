@@ -57,6 +57,7 @@ OTHERS = {
     "study.intro": "the same always",
     "learn.page": "the lesson",
     "look.note": "the same always",
+    "class_size": "a style, no text",
 }
 """Every text of the view that tells of nothing computed, and why it may stand."""
 

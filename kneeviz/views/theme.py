@@ -57,6 +57,8 @@ class Palette:
     mechanism: RGB
     arrow: RGB
     contact: RGB
+    size: float = 1.0
+    """How much larger lines, dots and their text are than at a desk."""
 
 
 LIGHT = Palette(
@@ -111,9 +113,14 @@ DARK = Palette(
 )
 
 
-def palette(dark: bool) -> Palette:
-    """Return the colours of the light or the dark theme."""
-    return DARK if dark else LIGHT
+CLASS_SIZE = 1.3
+"""How much larger everything is for a class, which looks from afar."""
+
+
+def palette(dark: bool, *, large: bool = False) -> Palette:
+    """Return the colours of the light or the dark theme, at a desk's size or large for a class."""
+    colours = DARK if dark else LIGHT
+    return replace(colours, size=CLASS_SIZE) if large else colours
 
 
 _FADES = {
@@ -164,6 +171,20 @@ def mix(a: RGB, b: RGB, share: float) -> RGB:
 def handle_colour(colour: RGB) -> NDArray[np.uint8]:
     """Return a colour in the form that line handles take after their creation."""
     return np.array(colour, dtype=np.uint8)
+
+
+def large_text() -> str:
+    """Return the style that enlarges the panels' content.
+
+    The charts are left out: they draw their own text, and a pointer over an enlarged one would
+    read the wrong place.
+    """
+    content = 'div[style*="cursor: grab"] + div[style*="flex-grow: 1"] > *'
+    return (
+        f"<style>{content} {{ zoom: {CLASS_SIZE}; width: 100% !important }}"
+        f"{content} {content} {{ zoom: 1 }}"
+        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}</style>"
+    )
 
 
 ON_A_PHONE = """<style>

@@ -34,6 +34,8 @@ from kneeviz.views.tabs.transport import add_transport
 FloatArray = NDArray[np.float64]
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
+_CLASS_WIDER = 1.2
+"""The panels take less than the text that they hold: the picture needs its room."""
 
 
 class View:
@@ -41,7 +43,7 @@ class View:
 
     def __init__(self, target: Any, post: Post, state: KneeState) -> None:
         gui = target.gui
-        self.dark = False
+        self.dark = self.large = False
         self.faded: frozenset[str] = frozenset()
         """What is drawn in faded colours, since it belongs to a state that is over."""
         gui.configure_theme(
@@ -88,6 +90,7 @@ class View:
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
         gui.add_html(theme.ON_A_PHONE)
+        self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Knee"):
@@ -139,10 +142,18 @@ class View:
         )
         self._paint()
 
+    def resize(self, gui: Any, large: bool) -> None:
+        """Show everything large, for a class, or at a desk's size."""
+        self.large = large
+        self.class_size.content = theme.large_text() if large else ""
+        for panel, width in ((self.left, LEFT_WIDTH), (gui.main_panel, RIGHT_WIDTH)):
+            panel.set_width(round(width * (_CLASS_WIDER if large else 1.0)))
+        self._paint()
+
     @property
     def colours(self) -> theme.Palette:
         """The theme's colours, faded where what they draw belongs to a state that is over."""
-        return theme.faded(theme.palette(self.dark), self.faded)
+        return theme.faded(theme.palette(self.dark, large=self.large), self.faded)
 
     def fade(self, faded: frozenset[str]) -> None:
         """Draw some things in faded colours, and all others in their own."""

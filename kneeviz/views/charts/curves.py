@@ -47,7 +47,7 @@ class CurveChart:
             *(line_style(c.training, 1.0) for _ in range(self._n_training)),
             baseline,
             current,
-            line_style(c.surrogate, 2.0, dash=(7, 5)),
+            line_style(c.surrogate, 2.0 * c.size, dash=(7, 5)),
             one,
             two,
             *dots(c),

@@ -13,9 +13,20 @@ from kneeviz.geometry.bones import bones
 from kneeviz.geometry.mechanism import Pose, contact_arrow, contact_point
 from kneeviz.views import theme
 from kneeviz.views.scene.body import Body
-from kneeviz.views.scene.nodes import FLAT, LAYER, add_line, add_mesh, add_rim, lift, opacity
+from kneeviz.views.scene.nodes import (
+    FLAT,
+    LAYER,
+    RIM_WIDTH,
+    add_line,
+    add_mesh,
+    add_rim,
+    lift,
+    opacity,
+)
 
 FloatArray = NDArray[np.float64]
+
+_SPOT_WIDTH, _ARROW_WIDTH = 9.0, 3.0
 
 
 def _arrow_segments(arrow: FloatArray) -> FloatArray:
@@ -59,8 +70,8 @@ class KneeScene:
         )
         for overlay in self.overlays:
             overlay.set_visible(False)
-        self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, 9.0)
-        self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, 3.0)
+        self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, _SPOT_WIDTH)
+        self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, _ARROW_WIDTH)
         self.repaint()
 
     def paint(self, colours: theme.Palette) -> None:
@@ -78,9 +89,12 @@ class KneeScene:
         self._femur.opacity = opacity(self.spatial, False, 1.0)
         self._femur.scale = (1.0, 1.0, 1.0 if self.spatial else FLAT)
         self._femur_rim.colors = theme.handle_colour(colours.rim)
+        self._femur_rim.thickness = RIM_WIDTH * colours.size
         self._femur_rim.visible = not self.spatial
         self._spot.colors = theme.handle_colour(colours.contact)
         self._arrow.colors = theme.handle_colour(colours.arrow)
+        self._spot.thickness = _SPOT_WIDTH * colours.size
+        self._arrow.thickness = _ARROW_WIDTH * colours.size
         self.own.paint(colours, self.spatial)
         for overlay in self.overlays:
             overlay.paint(colours, self.spatial, overlay_share)
