@@ -1,5 +1,6 @@
 """`python -m kneecore.uncertainty`: sampling and influence from a terminal."""
 
+import contextlib
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,11 +46,14 @@ def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     from kneecore.search.result import SearchResult
     from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
+    from kneecore.study.influence import check_independent
 
     model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
     asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
     budgets = [study_budget(settings, model) for settings in asked[: 1 + options.influence]]
+    if options.influence:
+        check_independent(model)
     if worst is not None:
         check_comparable(worst, model)
     tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)
@@ -60,7 +64,7 @@ def _study(options: _Options, keeping: Keeping, stop: threading.Event, show: "Ca
     from kneecore.files.study import STUDY_FILE
 
     model, worst = _checked(options)
-    with keeping.opened(STUDY_FILE):
+    with contextlib.closing(model), keeping.opened(STUDY_FILE):
         return _computed(options, model, worst, stop, show)
 
 

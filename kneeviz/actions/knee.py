@@ -9,7 +9,6 @@ import numpy as np
 from kneecore import KneecoreError, KneeFile, parameter_table
 from kneecore.knee.parameters import widened
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state import results
@@ -113,17 +112,14 @@ def change_bound(
         state.set_bounds(with_bound(state.bounds, name, wanted), keep_surrogate=soon)
     except KneecoreError as error:
         page.notices.tell(client_id, "Bounds not changed", str(error))
-        _mirror_bounds(page)
+        mirror_bounds(page)
         return
-    if not page.live.on:
-        page.show_band(None)  # it was that of the old bounds
     if soon:  # the worst case goes first; the rest waits for the hand to rest
         page.settle_at = time.monotonic() + _REST_SECONDS
         page.held = True
         if not np.array_equal(state.x, x):
             page.show_knee(state.x, final=True)
         return
-    page.show_band(None)
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
@@ -134,11 +130,11 @@ def _settle(page: Page, _value: Any, client_id: int | None = None) -> None:
     """Bring sliders and surrogate to bounds that were changed."""
     page.settle_at = None
     page.mirror_sliders()
-    _refit(page, client_id)
-    show_result(page)
+    refit(page, client_id)
 
 
-def _refit(page: Page, client_id: int | None) -> None:
+def refit(page: Page, client_id: int | None) -> None:
+    """Fit the surrogate to the present bounds; if there is none, say so."""
     try:
         page.refit()
     except KneecoreError as error:
@@ -147,7 +143,8 @@ def _refit(page: Page, client_id: int | None) -> None:
             page.notices.tell(client_id, "No surrogate", str(error))
 
 
-def _mirror_bounds(page: Page) -> None:
+def mirror_bounds(page: Page) -> None:
+    """Let the bounds' widgets show the present ones, also in a browser that missed something."""
     state, tab = page.state, page.view.knee
     now = state.bounds
     given = (now.geometry_mm, now.slope_deg, now.material_percent, now.rest_length_mm)
@@ -166,15 +163,13 @@ def load_knee(page: Page, knee: KneeFile) -> None:
     """Take a knee file: baseline, half-ranges and, if it has them, current values."""
     state = page.state
     state.set_knee(knee)
-    page.show_band(None)
-    _mirror_bounds(page)
+    mirror_bounds(page)
     page.mirror_sliders()
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
-    _refit(page, None)
+    refit(page, None)
     name_knee(page, OWN_KNEE)
-    show_result(page)
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

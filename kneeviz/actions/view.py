@@ -1,17 +1,17 @@
 """Motion, cameras and looks. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
-import viser
-
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
-from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
-from kneeviz.views.scene import camera
 from kneeviz.views.tabs.look import MODES
+
+_CROSSING_SECONDS = 0.5
+"""For so long may what we set the position slider to be on its way to a browser whose visitor has
+moved it meanwhile: then his value must follow, or his slider stays at ours."""
 
 
 def _play(page: Page, value: Asked) -> None:
@@ -27,6 +27,10 @@ def set_playing(page: Page, playing: bool) -> None:
 def _position(page: Page, value: Asked) -> None:
     set_playing(page, False)
     page.playback.set_share(float(value.value) / 100.0)
+    handle = page.view.transport.position
+    if time.monotonic() - page.mirrored_at < _CROSSING_SECONDS:
+        handle.value = value.value
+        viser_internals.force_value(page.target.gui, handle)
 
 
 def _mode(page: Page, value: Asked) -> None:
@@ -56,14 +60,14 @@ def _view(page: Page, value: Asked) -> None:
     if page.landscape.shown and value.value != "Reset":
         leave_landscape(page)
     if value.value == "Reset":
-        place_cameras(page, only=value.client_id)
+        page.framing.reset(page.subject, time.monotonic(), only=value.client_id)
         return
     spatial = value.value == "3D"
     if spatial != view.spatial:
         view.spatial = spatial
         view.repaint()
         page.touched = True
-    place_cameras(page)
+    page.framing.reset(page.subject, time.monotonic())
 
 
 def leave_landscape(page: Page) -> None:
@@ -77,51 +81,32 @@ def leave_landscape(page: Page) -> None:
     page.touched = True
 
 
-def place_cameras(page: Page, only: int | None = None) -> None:
-    """Put the cameras of all clients, or of one, where the view wants them."""
-    for client_id, client in page.clients().items():
-        if only in (None, client_id):
-            _place_camera(page, client, *_camera(page))
-
-
-def restore_cameras(page: Page) -> None:
-    """Put the cameras back to where they were before the landscape."""
-    for client_id, client in page.clients().items():
-        kept = page.landscape.cameras.get(client_id, _camera(page))
-        _place_camera(page, client, *kept)
-
-
-def _camera(page: Page) -> tuple[Any, Any]:
-    """Return where the view wants a camera to stand, and to look."""
-    if page.landscape.shown:
-        return camera.landscape_position(), surfaces.CENTRE
-    return camera.knee_position(page.view.scene.spatial), camera.CENTRE
-
-
-def _place_camera(page: Page, client: viser.ClientHandle, position: Any, look_at: Any) -> None:
-    """Put one client's camera somewhere, and lock or free its turning."""
-    viser_internals.set_camera_lock(client, locked=False)
-    with client.atomic():
-        client.camera.up_direction = (0.0, 1.0, 0.0)
-        client.camera.position = position
-        client.camera.look_at = look_at
-    client.flush()
-    if not (page.view.scene.spatial or page.landscape.shown):
-        viser_internals.set_camera_lock(client, locked=True)
-
-
 def _joined(page: Page, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
-        _place_camera(page, client, *_camera(page))
+        page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
         viser_internals.see_through(client, page.view.handles.unseen)
+        viser_internals.name_widgets(
+            client, "the knees' curves", "The knee; its pose is told in the panel"
+        )
+
+
+def _resized(page: Page, _value: Any, client_id: int) -> None:
+    page.framing.resize(client_id, time.monotonic())
 
 
 def _dark(page: Page, value: Asked) -> None:
-    page.view.repaint(page.target.gui, bool(value.value))
-    page.show_legends()
-    show_result(page)
+    set_dark(page, bool(value.value))
+
+
+def set_dark(page: Page, dark: bool) -> None:
+    """Change between the light and the dark theme."""
+    page.view.repaint(page.target.gui, dark)
+
+
+def _large(page: Page, value: Asked) -> None:
+    page.view.resize(page.target.gui, bool(value.value))
     page.touched = True
 
 
@@ -155,7 +140,9 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "loop": _loop,
     "view": _view,
     "joined": _joined,
+    "resized": _resized,
     "dark": _dark,
+    "large": _large,
     "forces": _forces,
     "overlay": _overlay,
 }

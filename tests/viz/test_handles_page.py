@@ -14,6 +14,7 @@ from kneecore import NAMES
 from kneeviz.geometry.handles import BY_NAME, HANDLES, RADIUS, SLOPE
 from kneeviz.page import animation
 from kneeviz.page.handles import loupe_of
+from kneeviz.state import history
 from kneeviz.state.handles import bound_now, box_of, values_of
 from kneeviz.views.scene.handles import depth_of
 
@@ -186,6 +187,21 @@ def test_an_edge_of_the_box_is_the_bound_of_its_group(page, visitor, hand, name,
     eventually(lambda: page.state.surrogate is not None)
 
 
+def test_a_drag_is_one_step_however_long_the_hand_rests(page, visitor, hand, monkeypatch):
+    monkeypatch.setattr(history, "PAUSE", 0.0)
+    hand.take()
+    for mm in (-13.8, -13.6, -13.4):
+        hand.to(mm * MM, -0.3 * MM)
+        eventually(lambda mm=mm: hand.values[0] == mm * 1e-3)
+    hand.let_go(-13.2 * MM, -0.3 * MM)
+    hand.take()
+    hand.let_go(-13.1 * MM, -0.3 * MM)
+    for before in (-13.2, -14.0):
+        undo = next(c for c in page.view.commands if c.label == "Undo")
+        visitor.send({"type": "CommandTriggerMessage", "uuid": widget(undo)})
+        eventually(lambda before=before: hand.values[0] == before * 1e-3)
+
+
 def test_two_clicks_put_a_handle_home(page, visitor, hand):
     visitor.set(widget(page.view.knee.sliders[0]), -13.5)
     eventually(lambda: page.state.x[0] == -13.5e-3)
@@ -198,7 +214,8 @@ def test_two_clicks_put_a_handle_home(page, visitor, hand):
 
 
 def escape(visitor, page):
-    uuid = page.view.look.escape._impl.uuid
+    command = next(c for c in page.view.commands if c.label == "Handle: as it was")
+    uuid = widget(command)
     visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
 
 
@@ -210,6 +227,7 @@ def test_escape_puts_back_what_a_drag_has_changed(page, visitor, hand):
     eventually(lambda: hand.values == [-13.1 * 1e-3, 0.2 * 1e-3])
     escape(visitor, page)
     eventually(lambda: hand.values == [-13.5 * 1e-3, -0.3 * 1e-3])
+    eventually(lambda: page.history.before.x[0] == -14.0 * 1e-3)
     hand.to(-13.0 * MM, 0.0)
     hand.let_go(-13.0 * MM, 0.0)
     assert hand.values == [-13.5 * 1e-3, -0.3 * 1e-3], "the hand is still down, and moves nothing"

@@ -4,7 +4,7 @@ from typing import Any
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box, faint
-from kneeviz.views.tabs.events import on_command, on_value
+from kneeviz.views.tabs.events import on_value
 
 MODES = {
     "Through the loads": "sweep",
@@ -35,12 +35,9 @@ class LookTab:
             "bound, magnified, and drag the bound's edge. Two clicks: home. Escape: as it was.",
         )
         self.dark = gui.add_checkbox("Dark theme", False)
-        self.escape = gui.add_command(
-            "Handle: as it was",
-            description="Puts back what is being dragged; closes the magnified bound.",
-            hotkey="escape",
+        self.large = gui.add_checkbox(
+            "Class size", False, hint="Larger text, lines and dots, for the last row."
         )
-        on_command(self.escape, post, "handle_escape")
         self.note = gui.add_html(
             box(
                 faint(
@@ -58,5 +55,6 @@ class LookTab:
             (self.forces, "forces"),
             (self.handles, "handles"),
             (self.dark, "dark"),
+            (self.large, "large"),
         ):
             on_value(handle, post, key)
