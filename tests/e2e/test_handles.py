@@ -11,8 +11,14 @@ from kneeviz.jobs.messages import Asked
 from kneeviz.state.handles import bound_now, box_of, values_of
 
 ACL = BY_NAME["acl_femur"]
-PIXELS_PER_MM = 2.29 * 20
-"""On a window 720 px high, in a loupe that magnifies twenty times."""
+
+
+def hand_s_way(visitor):
+    """Return how many pixels a hand goes for 1 mm: the loupe of such a bound magnifies 20 times."""
+    apart = np.subtract(visitor.spot("/handles/acl_femur"), visitor.spot("/handles/mcl_femur"))
+    x = kneecore.packaged_knee().baseline
+    one, other = (x[BY_NAME[name].indices] for name in ("acl_femur", "mcl_femur"))
+    return 20.0 * np.linalg.norm(apart) / (1e3 * np.linalg.norm(one - other))
 
 
 @pytest.fixture
@@ -22,6 +28,7 @@ def still(visitor, app):
     visitor.tab("Knee")
     app.page.post("position", Asked(None, -1, 30.0))
     visitor.wait_until(lambda: app.page.view.handles.root.visible)
+    visitor.wait_until(lambda: not app.page.moving)
     visitor.page.wait_for_timeout(300)
     yield visitor
     for _ in range(2):
@@ -53,41 +60,39 @@ def drawn_angles(visitor, app):
 
 
 def test_a_drag_inside_to_the_edge_and_past_it(still, app):
-    at = take(still)
-    pull(still, at, right=0.5 * PIXELS_PER_MM, up=0.3 * PIXELS_PER_MM)
+    at, mm = take(still), hand_s_way(still)
+    pull(still, at, right=0.5 * mm, up=0.3 * mm)
     still.wait_until(lambda: np.abs(away_mm(app) - [0.5, 0.3]).max() < 0.04)
     still.wait_until(
-        lambda: np.allclose(still.spot("/handles/acl_femur"), at + [22.9, -13.7], atol=2.5)
+        lambda: np.allclose(still.spot("/handles/acl_femur"), at + [0.5 * mm, -0.3 * mm], atol=2.5)
     )
     truth = np.degrees(kneecore.simulate(app.page.state.x).flexion)
     still.wait_until(lambda: np.allclose(drawn_angles(still, app), truth))
     shown = f"{-14.0 + away_mm(app)[0]:g}"
     still.wait_until(lambda: still.thumb("ACL femur x").get_attribute("aria-valuenow") == shown)
-    pull(still, at, right=1.0 * PIXELS_PER_MM)
+    pull(still, at, right=1.0 * mm)
     still.wait_until(lambda: away_mm(app).tolist() == [pytest.approx(1.0, abs=1e-9), 0.0])
     pull(still, at, right=3000.0, up=-3000.0)  # beyond the window
     still.wait_until(lambda: np.allclose(away_mm(app), [1.0, -1.0]))
-    still.wait_until(
-        lambda: np.allclose(still.spot("/handles/acl_femur"), at + [45.8, 45.8], atol=2.5)
-    )
+    still.wait_until(lambda: np.allclose(still.spot("/handles/acl_femur"), at + [mm, mm], atol=2.5))
     still.page.mouse.up()
     still.wait_until(lambda: not app.page.handles.grabs)
     assert np.allclose(away_mm(app), [1.0, -1.0])
 
 
 def test_escape_while_the_hand_is_down(still, app):
-    at = take(still)
-    pull(still, at, right=0.6 * PIXELS_PER_MM)
+    at, mm = take(still), hand_s_way(still)
+    pull(still, at, right=0.6 * mm)
     still.page.mouse.up()
     still.wait_until(lambda: not app.page.handles.grabs)
     before = away_mm(app)
     assert before[0] > 0.5
     at = take(still)
-    pull(still, at, right=-1.0 * PIXELS_PER_MM)
+    pull(still, at, right=-1.0 * mm)
     still.wait_until(lambda: away_mm(app)[0] < 0.0)
     still.page.keyboard.press("Escape")
     still.wait_until(lambda: away_mm(app).tolist() == before.tolist())
-    pull(still, at, right=-0.9 * PIXELS_PER_MM)
+    pull(still, at, right=-0.9 * mm)
     still.page.mouse.up()
     still.wait_until(lambda: not app.page.handles.grabs)
     assert away_mm(app).tolist() == before.tolist()
@@ -106,19 +111,23 @@ def test_two_clicks(still, app):
 
 
 def test_the_edge_of_a_box(still, app):
-    middle = np.array(still.spot("/handles/acl_femur"))
+    middle, mm = np.array(still.spot("/handles/acl_femur")), hand_s_way(still)
     still.page.mouse.click(*middle)
-    edge = middle - [0.0, PIXELS_PER_MM]
+    edge = middle - [0.0, mm]
     still.wait_until(lambda: np.allclose(still.spot("/handles/edge_3"), edge, atol=2.5))
     at = take(still, "edge_3")
-    pull(still, at, up=0.5 * PIXELS_PER_MM)
+    pull(still, at, up=0.5 * mm)
     still.wait_until(lambda: bound_now(app.page.state, "geometry_mm") == 1.5)
-    still.wait_until(lambda: np.allclose(still.spot("/handles/edge_3"), at - [0, 22.9], atol=2.5))
+    still.wait_until(
+        lambda: np.allclose(still.spot("/handles/edge_3"), at - [0, 0.5 * mm], atol=2.5)
+    )
     still.page.mouse.up()
     still.wait_until(lambda: not app.page.handles.grabs)
     still.wait_until(lambda: app.page.view.knee.sliders[0].max == pytest.approx(-12.5))
     # Released, the loupe takes the magnification that suits the new bound.
-    still.wait_until(lambda: np.allclose(still.spot("/handles/edge_3"), at + [0, 11.4], atol=2.5))
+    still.wait_until(
+        lambda: np.allclose(still.spot("/handles/edge_3"), middle - [0, 0.75 * mm], atol=2.5)
+    )
 
 
 def test_what_can_be_taken_says_so_to_the_pointer(still):
