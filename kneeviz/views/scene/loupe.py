@@ -59,7 +59,7 @@ class LoupeScene:
         self._rays = add_line(scene, "/handles/rays", nowhere, 0.0, 1.0)
         self._box = add_line(scene, "/handles/loupe", nowhere, 0.0, 1.5)
         self._grips = add_line(scene, "/handles/grips", nowhere, 0.0, 5.0)
-        self._label = scene.add_label("/handles/label", "", anchor="center-left", visible=False)
+        self._label = scene.add_label("/handles/label", "", anchor="top-center", visible=False)
         self.edges = [self._add_edge(i, edge, dragged) for i, edge in enumerate(EDGES)]
         self._placed = b""
 
@@ -104,8 +104,9 @@ class LoupeScene:
         if placed == self._placed:  # most drags leave the box where it is
             return
         self._placed = placed
-        right, middle = corners[:, 0].max() + _ASIDE, corners[:, 1].mean()
-        self._label.position = (float(right), float(middle), depth)
+        # Below, since the panels are at the sides.
+        middle, bottom = corners[:, 0].mean(), corners[:, 1].min() - _ASIDE
+        self._label.position = (float(middle), float(bottom), depth)
         self._box.points = lift(sides(corners), depth)
         self._rays.points = lift(np.stack([box, corners], axis=1), depth)
         if shown.n_edges:
