@@ -1,9 +1,15 @@
 """What can be read: sizes, contrast, labels, and one way to write numbers."""
 
+import re
+
 import pytest
 
 from kneeviz.views import theme
 from kneeviz.views.charts import styles
+from kneeviz.views.html import pieces
+
+VISERS_TEXT = {"#ffffff": "#000000", "#242424": "#c9c9c9"}
+"""What viser writes with on its panels."""
 
 
 def sizes(colours):
@@ -21,3 +27,36 @@ def sizes(colours):
 def test_a_class_sees_every_line_dot_and_number_of_a_chart_larger(dark):
     desk, large = sizes(theme.palette(dark)), sizes(theme.palette(dark, large=True))
     assert large == pytest.approx([theme.CLASS_SIZE * size for size in desk])
+
+
+HUES = [
+    *(getattr(theme.LIGHT, name) for name in ("current", "baseline", "surrogate", "model_1")),
+    *(getattr(theme.DARK, name) for name in ("baseline", "genetic", "exact", "repair", "model_2")),
+    theme.MODEL_2,
+    *theme.LIGAMENT_COLOURS,
+]
+
+
+@pytest.mark.parametrize("hue", HUES)
+def test_coloured_text_can_be_read_in_both_themes(hue):
+    inks = re.findall("#[0-9a-f]{6}", pieces.coloured("x", hue))
+    for ink, colours in zip(inks, (theme.LIGHT, theme.DARK), strict=True):
+        assert theme.contrast(ink, colours.ground) >= 4.5
+
+
+def test_a_hue_that_can_be_read_stays_as_it_is():
+    assert theme.readable("#8e3ba8", "#ffffff") == "#8e3ba8"
+
+
+def test_contrast_is_wcags():
+    assert theme.contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    assert theme.contrast("#767676", "#ffffff") == pytest.approx(4.54, abs=0.01)
+
+
+@pytest.mark.parametrize("colours", [theme.LIGHT, theme.DARK])
+def test_plain_and_faint_text_can_be_read(colours):
+    share = float(re.search("opacity:([.0-9]+)", pieces.faint("x"))[1])
+    ground, text = theme.rgb(colours.ground), theme.rgb(VISERS_TEXT[colours.ground])
+    faint = "#{:02x}{:02x}{:02x}".format(*theme.mix(ground, text, share))
+    for ink in (colours.text, colours.faint, faint):
+        assert theme.contrast(ink, colours.ground) >= 4.5

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from kneecore import NAMES, Parameter, ParameterSpace, parameter_table
 from kneecore.knee.parameters import display_values, widened
+from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.pieces import box, coloured, escape, faint, number
 
@@ -54,7 +55,8 @@ def _row(
     dots = "".join(_strip_dot(colour, place) for colour, place, _ in entries)
     digits = 3 if row.unit == "-" else precision
     values = " ".join(
-        f'<span style="color:{hue}">{number(value, digits)}</span>' for hue, _, value in entries[1:]
+        f'<span style="color:{theme.ink(hue)}">{number(value, digits)}</span>'
+        for hue, _, value in entries[1:]
     )
     unit = "" if row.unit == "-" else f" {row.unit}"
     label = f"{parameter_label(row.name)}{faint(unit)}"

@@ -111,7 +111,7 @@ def table(traces: Sequence[MethodTrace], colours: theme.Palette) -> str:
     rows = []
     for trace in traces:
         name, short = trace.method, trace.shortfall_percent(best)
-        label = f'<span style="color:{_hue(name, colours)};font-weight:600">{_NAMES[name]}</span>'
+        label = pieces.coloured(_NAMES[name], _hue(name, colours))
         if short is None:
             rows.append((label, *["\u2013"] * 4))
             continue

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from kneeviz.views import theme
+
 _BOX = "font-size:12.5px;line-height:1.45;padding:2px 14px 4px 14px"
 
 
@@ -71,9 +73,9 @@ def _side(column: int) -> str:
     return "left" if column == 0 else "right"
 
 
-def coloured(text: str, colour: str) -> str:
-    """Return text in a colour."""
-    return f'<span style="color:{colour};font-weight:600">{text}</span>'
+def coloured(text: str, hue: str) -> str:
+    """Return text in a hue, as dark or as light as it must be to be read."""
+    return f'<span style="color:{theme.ink(hue)};font-weight:600">{text}</span>'
 
 
 def command_line(command: str) -> str:
