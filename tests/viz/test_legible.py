@@ -1,12 +1,18 @@
 """What can be read: sizes, contrast, labels, and one way to write numbers."""
 
 import re
+from itertools import combinations
 
+import numpy as np
 import pytest
 
+import kneecore
+from kneeviz.geometry.mechanism import ligament_segments
+from kneeviz.geometry.sweep import sweep_of
 from kneeviz.views import theme
 from kneeviz.views.charts import styles
 from kneeviz.views.html import pieces
+from kneeviz.views.scene.labels import label_box, label_spots, leaders
 
 VISERS_TEXT = {"#ffffff": "#000000", "#242424": "#c9c9c9"}
 """What viser writes with on its panels."""
@@ -60,3 +66,42 @@ def test_plain_and_faint_text_can_be_read(colours):
     faint = "#{:02x}{:02x}{:02x}".format(*theme.mix(ground, text, share))
     for ink in (colours.text, colours.faint, faint):
         assert theme.contrast(ink, colours.ground) >= 4.5
+
+
+CLOSE = 0.012
+"""m between a label's box and its ligament."""
+
+
+@pytest.fixture(scope="module")
+def baseline():
+    x = kneecore.packaged_knee().baseline
+    return x, sweep_of(x, kneecore.simulate(x))
+
+
+@pytest.mark.parametrize("forces", [False, True])
+@pytest.mark.parametrize("size", [1.0, theme.CLASS_SIZE])
+@pytest.mark.parametrize("share", np.linspace(0.0, 1.0, 20))
+def test_labels_stand_at_their_ligament_and_clear_of_each_other(baseline, share, size, forces):
+    x, sweep = baseline
+    segments = ligament_segments(x, sweep.at_moment(sweep.moment_at(share)))
+    box = np.array(label_box(forces=forces, size=size))
+    spots = label_spots(segments, tuple(box))
+    for spot, (start, end) in zip(spots, segments, strict=True):
+        points = start + np.linspace(0.0, 1.0, 101)[:, None] * (end - start)
+        outside = np.maximum(np.abs(points - spot) - 0.5 * box, 0.0)
+        assert np.hypot(*outside.T).min() < CLOSE * size
+    for i, j in combinations(range(4), 2):
+        assert (np.abs(spots[i] - spots[j]) >= box - 1e-6).any()
+
+
+def test_a_label_is_led_to_the_nearest_point_of_its_ligament():
+    segments = np.array([[[0.0, 0.0], [1.0, 0.0]]] * 2)
+    lines = leaders(np.array([[0.3, 0.4], [1.4, 0.3]]), segments)
+    np.testing.assert_allclose(lines[:, 1], [[0.3, 0.0], [1.0, 0.0]])
+
+
+def test_dots_that_coincide_can_be_told_apart():
+    ring, one, two = (dot["points"] for dot in styles.dots(theme.LIGHT))
+    assert ring["size"] - 2.0 * ring["width"] >= one["size"]  # nothing is hidden under the next
+    assert one["size"] > two["size"]
+    assert ring["fill"] == "rgba(0,0,0,0)"
