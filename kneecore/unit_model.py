@@ -19,12 +19,16 @@ class UnitModel:
     Parameters
     ----------
     model : Model
+    drawn : bool
+        Whether the unit cube is that of the inputs' distributions (`Model.drawn`), not of their
+        bounds.
     every_mark : bool
         Whether marks are counted too that cost some per cent more: a search does without.
 
     Attributes
     ----------
     model : Model
+    drawn : bool
     n_simulated : int
         Runs so far.
     counts : dict
@@ -33,8 +37,8 @@ class UnitModel:
         What a search took that was stopped and then went on.
     """
 
-    def __init__(self, model: Model, *, every_mark: bool = False) -> None:
-        self.model = model
+    def __init__(self, model: Model, *, drawn: bool = False, every_mark: bool = False) -> None:
+        self.model, self.drawn = model, drawn
         self._every_mark = every_mark
         self.n_simulated = 0
         self.seconds_before = 0.0
@@ -46,7 +50,8 @@ class UnitModel:
         `watch` gets the number of runs done, now and then; a true result cancels (raises
         `Cancelled`).
         """
-        x, record = self.model.from_free_unit(u), current_record()
+        x = self.model.drawn(u) if self.drawn else self.model.from_free_unit(u)
+        record = current_record()
         if record is None:
             done = self._run(x, watch)
         else:
@@ -67,7 +72,7 @@ class UnitModel:
 
     def copy(self) -> "UnitModel":
         """Return one that goes on counting by itself."""
-        copied = UnitModel(self.model, every_mark=self._every_mark)
+        copied = UnitModel(self.model, drawn=self.drawn, every_mark=self._every_mark)
         copied.n_simulated, copied.counts = self.n_simulated, dict(self.counts)
         return copied
 

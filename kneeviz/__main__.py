@@ -99,7 +99,7 @@ def choose_port(host: str, port: int | None) -> int:
     ParameterError
         If the port that was asked for is taken or no port, or the host is none of this machine's.
     """
-    from kneecore import ParameterError
+    from kneecore.errors import ParameterError
 
     if port is not None and not 0 <= port <= 65535:
         raise ParameterError(f"`port` is {port}; 0 to 65535 is allowed")
@@ -135,7 +135,8 @@ def chosen_token(options: Options) -> str | bool | None:
 
 def start(options: Options) -> "App":
     """Read the files, choose the port and start the server."""
-    from kneecore import ParameterError, read_knee
+    from kneecore.errors import ParameterError
+    from kneecore.knee.ahead import compile_ahead
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
@@ -143,15 +144,15 @@ def start(options: Options) -> "App":
         raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
+    compile_ahead()  # while numba, viser and the rest are imported here
+    from kneecore import read_knee
+
     knee = None if options.baseline is None else read_knee(options.baseline)
     result = None
     if options.result is not None:
         from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
-    from kneeviz.server.kernels import KernelWarmUp
-
-    kernels = KernelWarmUp()  # at a first start they are compiled while viser is imported
     from kneeviz.server.app import App
 
     app = App(
@@ -162,7 +163,6 @@ def start(options: Options) -> "App":
         shared=not options.per_visitor,
         token=token,
         allow_hosts=options.allow_host,
-        kernels=kernels,
         state=options.state,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.

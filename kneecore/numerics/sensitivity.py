@@ -16,9 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: a page's start needs none
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.stats import qmc
 
 from kneecore.errors import ModelError
 from kneecore.numerics.sampling import n_drawn
@@ -77,7 +76,7 @@ def _design(
     callback: Callable[[int, int], object] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
     """Evaluate base rows until `n_base` of them are whole; also count evaluations and failures."""
-    engine = qmc.Sobol(2 * n_dimensions, rng=np.random.default_rng(seed))
+    engine = scipy.stats.qmc.Sobol(2 * n_dimensions, rng=np.random.default_rng(seed))
     kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     n_good = n_tried = 0
     size = min(batch, n_base)
@@ -103,7 +102,7 @@ def _estimate(
 ) -> tuple[FloatArray, FloatArray]:
     """Return SciPy's first-order and total indices, shapes (s, d), of some of the base rows."""
     f_a, f_b, f_ab = evaluations
-    found = stats.sobol_indices(
+    found = scipy.stats.sobol_indices(
         func={
             "f_A": np.ascontiguousarray(f_a[rows].T),
             "f_B": np.ascontiguousarray(f_b[rows].T),

@@ -12,7 +12,7 @@ from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.presented import Words
 from kneecore.report.marks import counted
-from kneecore.report.outputs import heading, label, origin
+from kneecore.report.outputs import drawn_line, heading, label, origin
 from kneecore.report.tables import render, table
 from kneecore.study.influence import InfluenceResult
 
@@ -95,9 +95,10 @@ def _groups(found: InfluenceResult) -> list[Table]:
 def _footer(found: InfluenceResult) -> str:
     used = found.indices
     became = [f"{used.n_failed_rows} rows replaced since a model failed", *counted(found.counts)]
+    drawn = "".join(f"{line}\n" for line in drawn_line(found.model))
     return (
         f"{used.n_base} base rows (a power of two), {used.n_evaluations:,} models: "
-        f"{', '.join(became)}; {found.seconds['total']:.2f} s.\n{origin(found.model)}"
+        f"{', '.join(became)}; {found.seconds['total']:.2f} s.\n{drawn}{origin(found.model)}"
     )
 
 

@@ -51,7 +51,7 @@ def _footer(found: Landscape) -> str:
     between = []
     for name in found.names:
         one = model.inputs[model.names.index(name)]
-        low, high = (f"{one.shown(v):.6g}" for v in (one.lower, one.upper))
+        low, high = (f"{one.shown(v):.6g}" for v in one.box)
         between.append(f"{name} from {low} to {with_unit(high, one.label)}")
     became = ", ".join([f"{found.n_failed} failed", *counted(found.counts)])
     return (

@@ -14,8 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore.box import Box
 from kneecore.numerics.box_climb import climb
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.discrete import polished
 from kneecore.search.exact_search import slopes_of
 
 __all__ = ["Half", "best_places", "climbed", "is_new", "trial"]
@@ -75,21 +77,30 @@ def is_new(u: FloatArray, known: FloatArray) -> bool:
 
 
 def climbed(
-    surrogate: Surrogate, half: Half, known: FloatArray, rng: np.random.Generator
+    surrogate: Surrogate, half: Half, known: FloatArray, rng: np.random.Generator, box: Box
 ) -> tuple[FloatArray, FloatArray]:
     """Return the ends of climbs in the surrogate and their values, the best first."""
     values = surrogate(known) @ half.sums
     best = known[np.argsort(-values, kind="stable")[:_N_BEST]]
     starts = np.vstack([best, rng.random((_N_RANDOM, known.shape[1]))])
     ends = climb(slopes_of(surrogate), starts, np.repeat(half.sums[None], len(starts), axis=0))
-    order = np.argsort(-ends.values, kind="stable")
-    return ends.u[order], ends.values[order]
+    u, reached = ends.u, ends.values
+    if box.grids:
+        u = np.array([polished(surrogate, half.sums, one, box.grids) for one in box.snapped(u)])
+        reached = surrogate(u) @ half.sums
+    order = np.argsort(-reached, kind="stable")
+    return u[order], reached[order]
 
 
 def trial(
-    surrogate: Surrogate, half: Half, base: FloatArray, known: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    """Return the candidate near `base` (d,) that is worth the most."""
+    surrogate: Surrogate,
+    half: Half,
+    base: FloatArray,
+    known: FloatArray,
+    rng: np.random.Generator,
+    box: Box,
+) -> FloatArray | None:
+    """Return the candidate near `base` (d,) that is worth the most; None if all are known."""
     d = len(base)
     share = min(1.0, 3.0 / d)
     moved = rng.random((_N_TRIALS, d)) < share
@@ -98,14 +109,24 @@ def trial(
     thrown = np.round(rng.random((_N_TRIALS, d)))
     to_bound = rng.random((_N_TRIALS, d)) < _AT_BOUND
     u = np.where(moved, np.where(to_bound, thrown, np.clip(steps, 0.0, 1.0)), base)
+    u = box.snapped(u)
     value = surrogate(u) @ half.sums
     apart = np.sqrt(((u[:, None] - known) ** 2).sum(axis=2)).min(axis=1)
     weight = _WEIGHTS[half.n_trials % len(_WEIGHTS)]
     half.n_trials += 1
     score = weight * _scaled(value) + (1.0 - weight) * _scaled(apart)
-    near = np.abs(u[:, None] - known).max(axis=2).min(axis=1) < SAME
+    near = _is_near(u, known)
+    if near.all():  # no allowed values are left so near: others
+        u = box.snapped(rng.random((_N_TRIALS, d)))
+        near = _is_near(u, known)
+        return None if near.all() else u[int(np.argmin(near))]
     chosen: FloatArray = u[int(np.argmax(np.where(near, -np.inf, score)))]
     return chosen
+
+
+def _is_near(u: FloatArray, known: FloatArray) -> NDArray[np.bool_]:
+    near: NDArray[np.bool_] = np.abs(u[:, None] - known).max(axis=2).min(axis=1) < SAME
+    return near
 
 
 def _scaled(v: FloatArray) -> FloatArray:

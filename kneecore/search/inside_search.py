@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Progress
+from kneecore.search.discrete import combinations
 from kneecore.search.inside import Half, best_places, climbed, is_new, trial
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
-from kneecore.search.result import Repair, RepairRound, gap_percent
+from kneecore.search.result import Repair, RepairRound, Verdict, gap_percent
 from kneecore.search.training import Training, train
 from kneecore.search.verdict import judged
 
@@ -33,14 +34,14 @@ class _Search:
     """The state of one search."""
 
     def __init__(self, problem: Problem, training: Training) -> None:
-        self._problem, self._weights = problem, problem.weights
+        self._problem, self._weights, self._box = problem, problem.weights, problem.model.model
         self.points, self.values = training.points, training.values
         self.n_first = len(training.points)
         self._rng = np.random.default_rng([problem.settings.seed, 1])
         self._halves: dict[tuple[float, ...], Half] = {}
         self.rounds: list[RepairRound] = []
         self.history: list[float] = []
-        self.cancelled = False
+        self.cancelled = self.exhausted = False
         self._last_gain = self.n_first
         self.look()
 
@@ -57,7 +58,9 @@ class _Search:
         signs = np.where(y[0] >= y[1], 1.0, -1.0) * self._weights
         self.halves = [self._half(signs), self._half(-signs)]
         fitted = self.points[good]
-        self._climbs = [climbed(self.surrogate, h, fitted, self._rng) for h in self.halves]
+        self._climbs = [
+            climbed(self.surrogate, h, fitted, self._rng, self._box) for h in self.halves
+        ]
         promised = float(sum(values[0] for _, values in self._climbs))
         self.promised = max(promised, best)
 
@@ -85,10 +88,14 @@ class _Search:
             and 100.0 * (self.promised - self.best) <= goal * self.promised
         )
 
+    @property
+    def _done(self) -> bool:
+        return self.constant or self.quiet or self.exhausted
+
     def run(self) -> None:
         """Compute batches until nothing is left to find or the runs are used up."""
         settings = self._problem.settings
-        while self.n_added < settings.repair_models and not self.constant and not self.quiet:
+        while self.n_added < settings.repair_models and not self._done:
             if self._told():
                 self.cancelled = True
                 return
@@ -118,8 +125,14 @@ class _Search:
             known = np.vstack([self.points, *points])
             sums = self.values @ half.sums
             base = self.points[int(np.nanargmax(sums))]
-            points.append(trial(self.surrogate, half, base, known, self._rng)[None])
+            chosen = trial(self.surrogate, half, base, known, self._rng, self._box)
+            if chosen is None:
+                self.exhausted = not points
+                break
+            points.append(chosen[None])
             halves.append(half)
+        if self.exhausted:
+            return
         u = np.vstack(points)
         predicted = self.surrogate(u)
         y = self._problem.model(u)
@@ -183,6 +196,13 @@ def find_inside_pair(problem: Problem) -> Outcome:
     return _outcome(problem, search, first, time.perf_counter() - begun)
 
 
+def _verdict(problem: Problem, search: _Search, training: Training) -> Verdict:
+    all_run = len(training.points) == combinations(problem.model.model) and not training.n_failed
+    if all_run and not search.constant:
+        return Verdict(word="trusted", reasons=())
+    return judged(search.history, training, problem.weights, search.halves, search.promised)
+
+
 def _outcome(problem: Problem, search: _Search, first: Training, seconds: float) -> Outcome:
     settings, places = problem.settings, search.places
     found = bool(np.isfinite(search.best))
@@ -222,5 +242,5 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
             "verify": 0.0,
         },
         repair=repair,
-        verdict=judged(search.history, training, problem.weights, search.halves, search.promised),
+        verdict=_verdict(problem, search, training),
     )

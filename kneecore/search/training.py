@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ModelError
 from kneecore.model import Model
-from kneecore.numerics.sampling import uniform
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import checked
+from kneecore.search.discrete import first_points
 from kneecore.search.settings import SearchSettings
 from kneecore.unit_model import UnitModel
 
@@ -58,7 +58,7 @@ class Training:
 
 
 def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:
-    """Sample the model uniformly and fit a surrogate.
+    """Sample the model uniformly within its bounds and fit a surrogate.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     if report(Progress(stage="sampling", done=0, total=n)):
         raise Cancelled
     start = time.perf_counter()
-    points = uniform(n, n_dimensions, settings.seed)
+    points = first_points(model.model, n, settings.seed)
     values = model(points, lambda done: report(Progress(stage="sampling", done=done, total=n)))
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))

@@ -52,7 +52,8 @@ def find(problem: Problem) -> Outcome:
     """Search as the problem's settings say."""
     settings = problem.settings
     if settings.repair:
-        in_corners = problem.model.model.in_corners
+        model = problem.model.model
+        in_corners = model.in_corners and not model.grids
         return find_repaired_pair(problem) if in_corners else find_inside_pair(problem)
     if settings.method == "ga":
         return find_pair(problem)

@@ -28,7 +28,7 @@ from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import InfluenceSettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["InfluenceResult", "influence"]
+__all__ = ["InfluenceResult", "check_independent", "influence"]
 
 FloatArray = NDArray[np.float64]
 N_RESAMPLES = 100
@@ -85,6 +85,15 @@ def check_column(column: int, n_outputs: int) -> None:
         )
 
 
+def check_independent(model: Model) -> None:
+    """Raise a `ParameterError` if a model's inputs are correlated."""
+    if model.correlation is not None:
+        raise ParameterError(
+            "`correlation` of the model is given; Sobol' indices share the variance out among "
+            "inputs that are independent, and are not defined for others (`monte_carlo` takes them)"
+        )
+
+
 def influence(
     model: Model,
     settings: InfluenceSettings | None = None,
@@ -104,13 +113,15 @@ def influence(
     Raises
     ------
     ParameterError
-        If an argument is not allowed, or no output varies within the bounds.
+        If an argument is not allowed, the inputs are correlated, or no output varies within the
+        bounds.
     ModelError
         If too many models failed.
     """
     settings = checked_settings(model, InfluenceSettings, settings, callback)
+    check_independent(model)
     start = time.perf_counter()
-    counted = UnitModel(model, every_mark=True)
+    counted = UnitModel(model, drawn=True, every_mark=True)
     found = _indices(counted, settings, callback)
     if found.constant.all():
         raise ParameterError(

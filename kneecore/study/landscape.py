@@ -39,7 +39,7 @@ BATCH = 512
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Landscape(Presented):
-    """The m outputs over a square grid of two inputs."""
+    """The m outputs over a grid of two inputs."""
 
     model: Model
     """What was run. Read from a file, a model that is no knee has no function."""
@@ -48,12 +48,13 @@ class Landscape(Presented):
     x: FloatArray
     """The point whose other values are held, shape (d,)."""
     axes: tuple[FloatArray, FloatArray]
-    """The two inputs' values from bound to bound, shape (n,) each."""
+    """The two inputs' values from bound to bound, shapes (n,) and (k,): as many as were asked for,
+    or fewer where fewer are allowed."""
     y: FloatArray
-    """The true model's outputs, shape (n, n, m), the first input along the first axis; NaN where
+    """The true model's outputs, shape (n, k, m), the first input along the first axis; NaN where
     the model failed."""
     y_surrogate: FloatArray | None
-    """The surrogate's outputs, shape (n, n, m), or None where there is no surrogate."""
+    """The surrogate's outputs, shape (n, k, m), or None where there is no surrogate."""
     counts: Mapping[str, int]
     """Models of the grid by what became of them, as in `MonteCarloResult`; empty where an older
     file did not tell."""
@@ -71,7 +72,7 @@ class Landscape(Presented):
 
     @property
     def error(self) -> FloatArray | None:
-        """Surrogate less true model, shape (n, n, m); NaN where the model failed."""
+        """Surrogate less true model, shape (n, k, m); NaN where the model failed."""
         return None if self.y_surrogate is None else self.y_surrogate - self.y
 
 
@@ -133,7 +134,7 @@ def landscape(
     surrogate : TrainedSurrogate, optional
         To be evaluated on the same grid.
     n_points : int
-        Grid points along each input, at least 2.
+        Grid points along each input, at least 2; fewer where there are fewer values.
     callback : callable, optional
         Gets `Progress`; a true result cancels (raises `Cancelled`).
 
@@ -146,6 +147,7 @@ def landscape(
     callback_or_none(callback)
     first, second = _places(names, model)
     centre = model.point(model.nominal if x is None else x)
+    model.check_allowed(centre)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     check_budget(grid_budget(n_points, model))
@@ -153,11 +155,11 @@ def landscape(
         raise ParameterError(
             f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"
         )
-    axes = tuple(np.linspace(model.lower[i], model.upper[i], n_points) for i in (first, second))
-    points = np.tile(centre, (n_points, n_points, 1))
+    axes = [model.values_along(i, n_points) for i in (first, second)]
+    points = np.tile(centre, (len(axes[0]), len(axes[1]), 1))
     points[..., first], points[..., second] = axes[0][:, None], axes[1][None, :]
     flat = points.reshape(-1, len(centre))
-    shape = (n_points, n_points, model.n_outputs)
+    shape = (*points.shape[:2], model.n_outputs)
     y, counts = _run(model, flat, callback)
     return Landscape(
         model=model,

@@ -28,7 +28,8 @@ _AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "l
 
 def note(page: Page, key: Hashable, value: Any) -> None:
     """Keep the state of a page after something was done under `key`, if it has changed."""
-    name, present = key[0] if isinstance(key, tuple) else key, page.snapshot()
+    name = key[0] if isinstance(key, tuple) else key
+    last, present = page.history.present, page.snapshot()
     if name in _FOLLOWS:
         is_new = page.history.amend(present)
     else:
@@ -38,7 +39,7 @@ def note(page: Page, key: Hashable, value: Any) -> None:
     if is_new:
         _keep(page)
         if name not in _AT_WILL:
-            _tell_what_was_clipped(page, asked_by(value))
+            _tell_what_was_clipped(page, last, asked_by(value))
 
 
 def _keep(page: Page) -> None:
@@ -46,12 +47,12 @@ def _keep(page: Page) -> None:
         page.keep(page.history.present)
 
 
-def _tell_what_was_clipped(page: Page, client_id: int | None) -> None:
+def _tell_what_was_clipped(page: Page, last: Snapshot, client_id: int | None) -> None:
     """Tell, once the hand rests, that other bounds have moved the knee."""
-    now, before = page.history.present, page.history.before
-    if before is None or now.knee is not before.knee or now.bounds == before.bounds:
+    now = page.history.present
+    if now.knee is not last.knee or now.bounds == last.bounds:
         return
-    n = np.count_nonzero(now.x != before.x)
+    n = np.count_nonzero(now.x != last.x)
     if n > 0:
         values = "One value of the knee was" if n == 1 else f"{n} values of the knee were"
         text = f"{values} beyond the new bounds and set to them. Undo brings the knee back."

@@ -106,6 +106,14 @@ class _Camera:
         place(self.client, position, frame.centre)
 
 
+def aspect_of(client: viser.ClientHandle) -> float:
+    """Return the width of a visitor's picture over its height, whatever his browser says."""
+    width, height = client.camera.image_width, client.camera.image_height
+    if not (width > 0 and height > 0):  # hidden, or no browser
+        return 1.0
+    return float(np.clip(width / height, 0.1, 10.0))
+
+
 def place(client: viser.ClientHandle, position: FloatArray, look_at: FloatArray) -> None:
     """Put a camera somewhere."""
     with client.atomic():
@@ -147,12 +155,12 @@ class Framing:
 
     def join(self, client: viser.ClientHandle, subject: Subject, now: float) -> None:
         """Place the camera of a visitor who has come, and watch his window."""
-        held = _Camera(client, max(client.camera.aspect, 1e-3))
+        held = _Camera(client, aspect_of(client))
         self._cameras[client.client_id] = held
 
         # On viser's own thread, for a camera tells fifty times a second.
         async def told(event: Any) -> None:
-            if abs(client.camera.aspect / held.aspect - 1.0) > 0.01:
+            if abs(aspect_of(client) / held.aspect - 1.0) > 0.01:
                 self._post(("resized", client.client_id), None)
 
         client.camera.on_update(told)
@@ -165,7 +173,7 @@ class Framing:
         if held is None:
             return
         held.own = held.own or held.was_moved(now)
-        held.aspect = max(held.client.camera.aspect, 1e-3)
+        held.aspect = aspect_of(held.client)
         self._fold(held, now)
 
     def _fold(self, held: _Camera, now: float) -> None:

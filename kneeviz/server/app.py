@@ -50,8 +50,6 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
-    kernels : KernelWarmUp, optional
-        One that was started earlier.
     state : path, optional
         A file in which the state of the shared page is kept; if it is there, the page opens as
         it was left.
@@ -77,7 +75,6 @@ class App:
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
-        kernels: KernelWarmUp | None = None,
         state: str | Path | None = None,
     ) -> None:
         if state is not None and not shared:
@@ -96,7 +93,7 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up = KernelWarmUp() if kernels is None else kernels
+        self.warm_up = KernelWarmUp()
         self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Session] = {}
         self._keeper: Keeper | None = None

@@ -78,11 +78,6 @@ class History:
             self.rest()
         return True
 
-    @property
-    def before(self) -> Snapshot | None:
-        """The state that one undo goes back to; None at the beginning."""
-        return self._past[-1] if self._past else None
-
     def amend(self, state: Snapshot) -> bool:
         """Make `state` the present one without a step; return whether it differs."""
         differs = not state.same_as(self.present)

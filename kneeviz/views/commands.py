@@ -6,6 +6,7 @@ from typing import Any
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.tabs.events import on_command
+from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +24,9 @@ class Command:
 
 
 COMMANDS = (
+    Command(label=UNDO, key="undo", hotkey="Z", modifier="cmd/ctrl"),
+    Command(label=REDO, key="redo", hotkey="Z", modifier="cmd/ctrl+shift"),
+    Command(label=START_OVER, key="start_over", description="Knee, bounds and settings."),
     Command(label="Play or pause", key=("toggle", "play"), hotkey="space"),
     Command(label="Straight", key="position", value=0.0, hotkey="home"),
     Command(label="Bent", key="position", value=100.0, hotkey="end"),

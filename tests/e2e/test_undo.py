@@ -59,7 +59,7 @@ def test_keys_and_buttons_go_back_to_the_same_bytes(visitor, fresh):
     for wanted in texts[-2::-1]:
         keys.press("Control+z")
         visitor.wait_until(lambda w=wanted: text(fresh) == w)
-    assert visitor.page.get_by_text("over-extends").count() == 0
+    visitor.wait_until(lambda: visitor.page.get_by_text("over-extends").count() == 0)
     for wanted in texts[1:]:
         keys.press("Control+Shift+z")
         visitor.wait_until(lambda w=wanted: text(fresh) == w)

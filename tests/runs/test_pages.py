@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kneecore import Input, Model, Output
@@ -15,7 +16,7 @@ def blocks(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["cluster.md", "programs.md"])
+@pytest.mark.parametrize("page", ["cluster.md", "programs.md", "inputs.md"])
 def test_the_examples_run(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": page}
@@ -23,6 +24,16 @@ def test_the_examples_run(page, tmp_path, monkeypatch, capsys):
     assert shown
     for block in shown:
         exec(compile(block, page, "exec"), names)
+    if page == "inputs.md":
+        assert "1 truncated normal with bounds at 3 sd, 1 log-normal" in capsys.readouterr().out
+        [text] = blocks(page, "toml")
+        text += '[[outputs]]\nname = "y"\n[function]\nrun = "math:hypot"\n'
+        (tmp_path / "filter.toml").write_text(text)
+        model, shown = Model.from_file("filter.toml"), names["filter_"]
+        for one, other in zip(model.inputs, shown.inputs, strict=True):
+            assert (one.drawn, one.allowed) == (other.drawn, other.allowed)
+        np.testing.assert_array_equal(model.correlation, shown.correlation)
+        return
     names["model"].close()
     if page == "programs.md":
         assert "model 1 gives 0.136364 mm, model 2 0.166667 mm" in capsys.readouterr().out

@@ -142,6 +142,9 @@ def test_the_lesson_has_a_state_of_its_own_and_gives_the_visitors_back(found, vi
     visitor.set(widget(page.view.knee.sliders[ACL_Y]), 0.5)
     eventually(lambda: page.state.x[ACL_Y] == pytest.approx(0.5e-3))
     eventually(lambda: page.history.present.same_as(page.snapshot()))
+    visitor.set(widget(page.view.look.forces), True)
+    visitor.set(widget(page.view.look.mode), "In time, flexing")
+    eventually(lambda: page.view.scene.forces and page.playback.mode == "flexion")
     mine, history = page.snapshot(), page.history
     press(visitor, learn.press)
     for number, step in enumerate(STEPS[:7]):
@@ -160,5 +163,8 @@ def test_the_lesson_has_a_state_of_its_own_and_gives_the_visitors_back(found, vi
     press(visitor, learn.turn, "Next")
     eventually(lambda: page.lesson is None and page.snapshot().same_as(mine))
     eventually(lambda: page.history is history and page.history.present.same_as(mine))
+    eventually(lambda: page.view.scene.forces and page.playback.mode == "flexion")
     press(visitor, page.view.transport.change, "Undo")
     eventually(lambda: page.state.x[ACL_Y] != mine.x[ACL_Y])
+    visitor.set(widget(page.view.look.mode), "Through the loads")
+    eventually(lambda: page.playback.mode == "sweep")

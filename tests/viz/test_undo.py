@@ -11,6 +11,7 @@ from viz.visits import press, wait_for_result, widget
 from viz.websocket_client import WebSocketClient
 
 from kneecore import NAMES, FileFormatError, OutputError, ParameterError, asset_path
+from kneeviz.jobs import keeper as keeper_module
 from kneeviz.jobs.keeper import Keeper
 from kneeviz.server.app import App
 from kneeviz.state import saved
@@ -167,7 +168,7 @@ class TestSteps:
         mine = settled(page)
         change(visitor, page, START_OVER)
         eventually(lambda: settled(page) == began)
-        visitor.wait(lambda c: c.values[widget(page.view.knee.bounds["geometry_mm"])] == 1.0)
+        assert page.view.knee.bounds["geometry_mm"].value == 1.0
         visitor.wait(lambda c: c.props[widget(page.view.found)]["content"] == "")
         assert page.view.files.result["result.json"].disabled
         change(visitor, page, UNDO)
@@ -195,7 +196,7 @@ class TestWhatIsLimited:
             visitor.set(widget(handle), bad)
         visitor.wait(lambda c: c.notifications)
         assert settled(page) == began
-        assert page.history.before is None
+        assert page.history.undo() is None
         assert len(visitor.notifications) == 1
 
     def test_narrower_bounds_tell_once_and_undo_gives_the_knee_back(self, page, visitor):
@@ -227,6 +228,17 @@ class TestKeptState:
         finally:
             again.stop()
         assert path.read_text() == began  # the last state is written before the server ends
+
+    def test_a_lesson_is_nothing_to_come_back_to(self, page, visitor, monkeypatch):
+        kept, learn = [], page.view.learn
+        monkeypatch.setattr(page, "keep", kept.append)
+        press(visitor, learn.press)
+        eventually(lambda: page.lesson == 0)
+        Changes(visitor, page).slider()
+        settled(page)
+        assert kept == []
+        press(visitor, learn.turn, "Back")
+        eventually(lambda: page.lesson is None)
 
     @pytest.mark.parametrize(
         ("change", "why"),
@@ -270,6 +282,16 @@ class TestKeptState:
     def test_visitors_with_pages_of_their_own_have_no_common_state(self, tmp_path):
         with pytest.raises(ParameterError, match="page of his own"):
             App(port=0, state=tmp_path / "state.json", shared=False)
+
+    def test_the_last_state_is_written_before_the_server_ends(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(keeper_module, "_BETWEEN", 60.0)
+        path = tmp_path / "state.json"
+        keeper = Keeper(path, lambda _: None)
+        keeper.keep(lambda: "first")
+        eventually(path.exists)
+        keeper.keep(lambda: "last")
+        keeper.stop()
+        assert path.read_text() == "last"
 
     def test_a_disk_that_fills_up_is_told_once(self, tmp_path):
         told, folder = [], tmp_path / "gone"

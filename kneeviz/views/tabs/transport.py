@@ -5,7 +5,7 @@ from typing import Any
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import status
-from kneeviz.views.tabs.events import on_command, on_press, on_value
+from kneeviz.views.tabs.events import on_press, on_value
 
 UNDO, REDO, START_OVER = "Undo", "Redo", "Start over"
 
@@ -47,14 +47,6 @@ def add_transport(gui: Any, post: Post) -> Transport:
     on_value(position, post, "position")
     on_press(view, post, "view")
     on_press(change, post, "change")
-    _add_commands(gui, post)
     return Transport(
         readout=readout, status=line, play=play, position=position, view=view, change=change
     )
-
-
-def _add_commands(gui: Any, post: Post) -> None:
-    control = "cmd/ctrl"
-    on_command(gui.add_command(UNDO, hotkey="Z", modifier=control), post, "undo")
-    on_command(gui.add_command(REDO, hotkey="Z", modifier=f"{control}+shift"), post, "redo")
-    on_command(gui.add_command(START_OVER), post, "start_over")
