@@ -105,3 +105,10 @@ def test_dots_that_coincide_can_be_told_apart():
     assert ring["size"] - 2.0 * ring["width"] >= one["size"]  # nothing is hidden under the next
     assert one["size"] > two["size"]
     assert ring["fill"] == "rgba(0,0,0,0)"
+
+
+def test_a_reports_words_are_written_as_the_pages_numbers():
+    told = pieces.plain("At +5 N m model 1 over-extends to -23.5 deg, 1e-6 <b>of</b> 3-5 degrees")
+    assert told == (
+        "At +5 N·m model 1 over-extends to \u221223.5°, 1e-6 &lt;b&gt;of&lt;/b&gt; 3-5 degrees"
+    )

@@ -239,7 +239,7 @@ class TestAccuracy:
         found = page.study.accuracy
         assert found.settings.within == 4.0
         assert found.stated[0] == pytest.approx(0.4)
-        visitor.wait(lambda c: "Every knee extends to within 4 deg" in text(c, study.accuracy))
+        visitor.wait(lambda c: "Every knee extends to within 4°" in text(c, study.accuracy))
         shown = text(visitor, study.accuracy)
         assert shown.count("<title>") == len(found.names)
         assert "10 % wider alone" in shown

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kneecore import NAMES, Parameter, ParameterSpace, parameter_table
 from kneecore.knee.parameters import display_values, widened
 from kneeviz.views import theme
-from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.labels import parameter_label, unit_of
 from kneeviz.views.html.pieces import box, coloured, escape, faint, number
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +58,7 @@ def _row(
         f'<span style="color:{theme.ink(hue)}">{number(value, digits)}</span>'
         for hue, _, value in entries[1:]
     )
-    unit = "" if row.unit == "-" else f" {row.unit}"
+    unit = unit_of(row.name)
     label = f"{parameter_label(row.name)}{faint(unit)}"
     return (
         f'<div style="display:flex;align-items:center;gap:6px;height:17px" '

@@ -4,6 +4,7 @@ Text that a visitor brought along (titles, file names, messages about them) is e
 """
 
 import html
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,6 +27,12 @@ def faint(text: str) -> str:
 def escape(text: str) -> str:
     """Return foreign text that no browser takes for markup."""
     return html.escape(str(text), quote=True)
+
+
+def plain(words: str) -> str:
+    """Return a report's words, escaped, with numbers and units as `number` writes them."""
+    words = re.sub(r"(?<![\w.])-(?=\d)", "\u2212", words)
+    return escape(re.sub(r" deg\b", "°", words).replace("N m", "N·m"))
 
 
 def number(value: float, digits: int, unit: str = "") -> str:

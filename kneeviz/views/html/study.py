@@ -3,7 +3,7 @@
 from kneecore import MOMENT, MonteCarloResult
 from kneeviz.state import results
 from kneeviz.views.html import marks
-from kneeviz.views.html.pieces import box, escape, faint, number, table
+from kneeviz.views.html.pieces import box, faint, number, plain, table
 
 
 def sampling(found: MonteCarloResult) -> str:
@@ -19,7 +19,7 @@ def sampling(found: MonteCarloResult) -> str:
         )
         for k in (5, 11)
     ]
-    head = ("Angle, deg", "mean", "sd", "0.15 %", "99.85 %")
+    head = ("Angle (°)", "mean", "sd", "0.15 %", "99.85 %")
     note = (
         f"{found.n_samples:,} knees, {found.settings.sampling}, seed {results.seed(found)}: "
         f"<b>{found.n_failed:,} failed</b> (left out), {marks.counted(found.counts)}."
@@ -29,4 +29,4 @@ def sampling(found: MonteCarloResult) -> str:
 
 def judged(words: str) -> str:
     """Return what became of the paper's claims."""
-    return box(f"The paper: {escape(words)}")
+    return box(f"The paper: {plain(words)}")
