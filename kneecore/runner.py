@@ -41,6 +41,8 @@ class Runner(Box):
 
     name: str
     threads: int | None
+    file: str | None = None
+    """File that it was read from."""
     can_keep = True
     """Whether runs are worth a line in a file."""
 
@@ -114,6 +116,11 @@ class Runner(Box):
         model = self._copy()
         model._take_options(replace(self._options, **options))
         return model
+
+    @property
+    def run_options(self) -> RunOptions:
+        """How its runs are done; see `with_runs`."""
+        return self._options
 
     @property
     def failures(self) -> "tuple[Failure, ...]":

@@ -1,4 +1,4 @@
-"""The command ``python -m kneeviz``: the knee in the browser.
+"""The command ``python -m kneeviz``: the knee, or a model of one's own, in the browser.
 
 viser, numba and the rest are imported only after the options are read, so that ``--help`` and a
 wrong option answer at once.
@@ -32,7 +32,7 @@ _Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Show the knee in the browser: sliders, live curves, and the worst-case search.
+    """Show the knee, or a model of your own, in the browser: sliders, live curves, worst cases.
 
     The packaged baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose
     parameter table is not available.
@@ -45,6 +45,9 @@ class Options:
     """Port to listen on. Unset: 8080, or the next free one."""
     baseline: _File = None
     """A knee file (TOML) to start from instead of the packaged baseline."""
+    model: _File = None
+    """A model of your own (TOML) in the knee's place: inputs, outputs, and a function or a program.
+    It names code that is run."""
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
     state: _File = None
@@ -140,14 +143,22 @@ def start(options: Options) -> "App":
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    for name in ("baseline", "state"):
+        if options.model is not None and getattr(options, name) is not None:
+            raise ParameterError(
+                f"`{name}` is {getattr(options, name)!r}; it is the knee's, and with `model` "
+                "there is none"
+            )
     if options.state is not None and options.per_visitor:
         raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
-    compile_ahead()  # while numba, viser and the rest are imported here
-    from kneecore import read_knee
+    if options.model is None:
+        compile_ahead()  # while numba, viser and the rest are imported here
+    from kneecore import Model, read_knee
 
     knee = None if options.baseline is None else read_knee(options.baseline)
+    model = None if options.model is None else Model.from_file(options.model)
     result = None
     if options.result is not None:
         from kneecore import SearchResult
@@ -159,6 +170,7 @@ def start(options: Options) -> "App":
         host=options.host,
         port=port,
         knee=knee,
+        model=model,
         result=result,
         shared=not options.per_visitor,
         token=token,

@@ -196,6 +196,8 @@ def read_model_file(path: Any, make: Callable[..., Any]) -> Any:
     folder = Path(name).resolve().parent
     try:
         document = parse_toml(read_text(name, LARGEST), LARGEST)
-        return make(**_options(document, folder))
+        made = make(**_options(document, folder))
+        made.file = name
+        return made
     except (_Wrong, KneecoreError) as error:
         raise FileFormatError(f"{shown_name(name)}: {error}") from None

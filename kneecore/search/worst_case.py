@@ -43,7 +43,7 @@ from kneecore.search.settings import SearchSettings, enough_samples
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
 
-__all__ = ["find", "worst_case"]
+__all__ = ["find", "usual_settings", "worst_case"]
 
 FloatArray = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ def worst_case(
         If the callback cancelled before the search had begun.
     """
     if settings is None and isinstance(model, Model):
-        settings = _usual(model)
+        settings = usual_settings(model)
     settings = checked(model, settings, callback).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
@@ -113,8 +113,8 @@ def worst_case(
     return _result(problem, find(problem), compiled)
 
 
-def _usual(model: Model) -> SearchSettings:
-    """Return how a model is searched if nothing is asked for."""
+def usual_settings(model: Model) -> SearchSettings:
+    """Return how `worst_case` searches a model if nothing is asked for."""
     if model.in_corners:
         return SearchSettings()
     if model.has_gradient or model.proxy is not None:

@@ -96,7 +96,8 @@ def _draw(page: Page) -> None:
     shown = picture_of(page)
     title = height_title(show.height)
     with page.target.atomic():
-        view.landscape.draw(shown, title=title, zoom=show.zoom)
+        labels = (with_unit(shown.names[0]), with_unit(shown.names[1]))
+        view.landscape.draw(shown, title=title, labels=labels, zoom=show.zoom)
     colours = theme.palette(view.dark)
     key = landscape_key(show.found[1], shown, show.height, colours, zoom=show.zoom)
     belonging.write(page, "study.key", key)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import viser
@@ -34,8 +34,23 @@ _UNFOLDED = 1.2
 """How much wider it must be for them to come back."""
 
 
+class Seen(Protocol):
+    """What is to be seen; compared with what was, so that it is looked at once."""
+
+    @property
+    def flat(self) -> bool:
+        """Whether cameras only pan and zoom."""
+
+    @property
+    def direction(self) -> FloatArray:
+        """From the middle to the camera."""
+
+    def points(self) -> FloatArray | None:
+        """Return what must be in the picture, shape (n, 3); None if there is nothing."""
+
+
 class Subject(NamedTuple):
-    """What is to be seen."""
+    """The knees, or a landscape."""
 
     knees: Knees
     spatial: bool
@@ -133,7 +148,7 @@ class Framing:
     ----------
     clients : callable
         Returns the clients that look at it, by their number.
-    charts : PanelHandle
+    charts : PanelHandle, optional
         What gives way in a narrow window.
     post : callable
         Gets ("resized", client's number).
@@ -144,7 +159,7 @@ class Framing:
     ) -> None:
         self._clients, self._charts, self._post = clients, charts, post
         self._cameras: dict[int, _Camera] = {}
-        self._subject = NOTHING
+        self._subject: Seen = NOTHING
         self._points: FloatArray | None = None
         self._folds = count(1)
 
@@ -153,7 +168,7 @@ class Framing:
         """Whether a camera is on its way."""
         return any(held.way is not None for held in self._cameras.values())
 
-    def join(self, client: viser.ClientHandle, subject: Subject, now: float) -> None:
+    def join(self, client: viser.ClientHandle, subject: Seen, now: float) -> None:
         """Place the camera of a visitor who has come, and watch his window."""
         held = _Camera(client, aspect_of(client))
         self._cameras[client.client_id] = held
@@ -178,6 +193,8 @@ class Framing:
 
     def _fold(self, held: _Camera, now: float) -> None:
         """Let the charts give way in a narrow window, and come back in a wide one."""
+        if self._charts is None:
+            return
         width, height = held.client.camera.image_width, held.client.camera.image_height
         if held.folded_at is None:
             if width < NARROW * height:
@@ -190,7 +207,7 @@ class Framing:
             held.folded_at = None
             viser_internals.fold_panel(held.client, self._charts, False, next(self._folds))
 
-    def reset(self, subject: Subject, now: float, only: int | None = None) -> None:
+    def reset(self, subject: Seen, now: float, only: int | None = None) -> None:
         """Show everything again to all visitors, or to one."""
         self._look(subject)
         for client_id, held in self._here().items():
@@ -216,12 +233,12 @@ class Framing:
             del self._cameras[client_id]
         return self._cameras
 
-    def _look(self, subject: Subject) -> None:
+    def _look(self, subject: Seen) -> None:
         """Take what is shown now, if it is something else."""
         if subject != self._subject:
             self._subject, self._points = subject, subject.points()
 
-    def follow(self, subject: Subject, now: float) -> None:
+    def follow(self, subject: Seen, now: float) -> None:
         """Start to move the cameras for which what is shown no longer fits."""
         self._look(subject)
         for held in self._here().values():
@@ -259,7 +276,7 @@ class Framing:
         }
 
     def put_back(
-        self, kept: dict[int, tuple[FloatArray, FloatArray]], subject: Subject, now: float
+        self, kept: dict[int, tuple[FloatArray, FloatArray]], subject: Seen, now: float
     ) -> None:
         """Put cameras back that visitors had moved themselves; the others show everything."""
         self.reset(subject, now)

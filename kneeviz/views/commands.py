@@ -1,6 +1,6 @@
 """What can be done from the keyboard: shortcuts, and the palette (Ctrl+K) that lists them all."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,10 +55,10 @@ COMMANDS = (
 )
 
 
-def add_commands(gui: Any, post: Post) -> tuple[Any, ...]:
-    """Offer all commands; returns their handles, in the order of `COMMANDS`."""
+def add_commands(gui: Any, post: Post, commands: Sequence[Command] = COMMANDS) -> tuple[Any, ...]:
+    """Offer all commands; returns their handles, in the same order."""
     handles = []
-    for one in COMMANDS:
+    for one in commands:
         handle = gui.add_command(
             one.label, description=one.description, hotkey=one.hotkey, modifier=one.modifier
         )

@@ -35,6 +35,11 @@ def plain(words: str) -> str:
     return escape(re.sub(r" deg\b", "°", words).replace("N m", "N·m"))
 
 
+def sentence(text: str) -> str:
+    """Return text with a full stop at its end."""
+    return text if text.endswith((".", "!", "?")) else f"{text}."
+
+
 def number(value: float, digits: int, unit: str = "") -> str:
     """Return a number with a true minus sign and its unit; a dash for what is not known."""
     if not np.isfinite(value):

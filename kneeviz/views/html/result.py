@@ -50,7 +50,7 @@ def _marked(response: Response, k: int) -> str:
 
 
 def objective_line(result: SearchResult) -> str:
-    """Return f with the true model's value beside the surrogate's, never one without the other."""
+    """Return what f is, the true model's beside the surrogate's: never one without the other."""
     model = result.objective_model
     true = "not known (the model failed there)" if model is None else number(model, 0, "°")
     rest = " at rest" if results.solver(result) == "equilibrium" else ""
