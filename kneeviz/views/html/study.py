@@ -1,5 +1,7 @@
 """What the study says, as HTML: the sampling's numbers, and the paper's claims in a line."""
 
+from collections.abc import Sequence
+
 from kneecore import MOMENT, MonteCarloResult
 from kneeviz.state import results
 from kneeviz.views.html import marks
@@ -27,6 +29,16 @@ def sampling(found: MonteCarloResult) -> str:
     return box(table(head, rows) + faint(note))
 
 
-def judged(words: str) -> str:
-    """Return what became of the paper's claims."""
-    return box(f"The paper: {plain(words)}")
+def judged(words: str, claims: Sequence[tuple[str, str, str, str]]) -> str:
+    """Return what became of the paper's claims: in a line, and one by one.
+
+    A claim is its statement, the paper's figure, ours, and the outcome.
+    """
+    rows = "".join(
+        f'<div style="margin-top:6px"><b>{plain(outcome)}:</b> {plain(statement)}<br>'
+        f"{faint(f'The paper: {plain(paper)}. Here: {plain(ours)}.')}</div>"
+        for statement, paper, ours, outcome in claims
+    )
+    return box(
+        f"The paper: {plain(words)}<details><summary>Claim by claim</summary>{rows}</details>"
+    )
