@@ -69,9 +69,10 @@ class SearchTab:
             color="gray",
             hint="Every candidate is simulated: seconds to a minute; with exact gradients at once.",
         )
+        # It stays, so that nothing else slides under the pointer that has pressed it.
+        self.cancel = gui.add_button("Cancel the search", color="red", disabled=True)
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.rising = gui.add_html("", visible=False)
-        self.cancel = gui.add_button("Cancel the search", color="red", visible=False)
 
     def _add_found(self, gui: Any) -> None:
         self.found = gui.add_html("")
@@ -134,7 +135,8 @@ class SearchTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
         self.surrogate.disabled = self.model.disabled = running
-        self.progress.visible = self.rising.visible = self.cancel.visible = running
+        self.cancel.disabled = not running
+        self.progress.visible = self.rising.visible = running
         if running:
             self.progress.value = 0.0
             self.rising.content = ""
