@@ -8,10 +8,11 @@ with the server have no public call either. What passes on the wire is another m
 How news go out to many is `kneeviz.viser_broadcast`; no third module touches such parts.
 """
 
+import json
 import math
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -102,6 +103,33 @@ def watch_charts(client: viser.ClientHandle) -> None:
     measured again, and an axis that was measured at width 0 stays empty.
     """
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
+
+
+_SEE_THROUGH = """(() => {
+  clearInterval(window.__kneevizHits);
+  const left = new Set(NAMES);
+  window.__kneevizHits = setInterval(() => {
+    for (const name of left) {
+      const node = window.__viserMutable?.nodeRefFromName?.[name];
+      node?.traverse((part) => {
+        if (part.material?.isMeshStandardMaterial) {
+          part.material.depthWrite = part.material.colorWrite = false;
+          left.delete(name);
+        }
+      });
+    }
+    if (left.size === 0) clearInterval(window.__kneevizHits);
+  }, 100);
+})();"""
+
+
+def see_through(client: viser.ClientHandle, names: Sequence[str]) -> None:
+    """Let this client not draw some meshes at all, which can be hit nevertheless.
+
+    A mesh with an opacity of 0 still hides what is drawn behind it after it.
+    """
+    source = _SEE_THROUGH.replace("NAMES", json.dumps(list(names)))
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
 _NAME_WIDGETS = """(() => {
@@ -384,6 +412,7 @@ __all__ = [
     "number_fault",
     "on_arrival",
     "refuse_tunnel",
+    "see_through",
     "set_camera_lock",
     "skip_client_build",
     "subprotocol",

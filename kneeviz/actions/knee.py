@@ -99,15 +99,22 @@ def _reset_group(page: Page, _value: Any, group: str) -> None:
 
 
 def _bound(page: Page, value: Asked, name: str) -> None:
-    client_id, state = value.client_id, page.state
-    live, x = page.live.on and name in _WIDTHS, state.x
+    change_bound(page, name, value.value, value.client_id)
+
+
+def change_bound(
+    page: Page, name: str, wanted: Any, client_id: int, *, in_hand: bool = False
+) -> None:
+    """Take one of the bounds; under a hand that moves it on, what takes long waits."""
+    state = page.state
+    soon, x = (page.live.on or in_hand) and name in _WIDTHS, state.x
     try:
-        state.set_bounds(with_bound(state.bounds, name, value.value), keep_surrogate=live)
+        state.set_bounds(with_bound(state.bounds, name, wanted), keep_surrogate=soon)
     except KneecoreError as error:
         page.notices.tell(client_id, "Bounds not changed", str(error))
         mirror_bounds(page)
         return
-    if live:  # the worst case goes first; the rest waits for the hand to rest
+    if soon:  # the worst case goes first; the rest waits for the hand to rest
         page.settle_at = time.monotonic() + _REST_SECONDS
         page.held = True
         if not np.array_equal(state.x, x):
@@ -116,14 +123,14 @@ def _bound(page: Page, value: Asked, name: str) -> None:
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
-    _settle(page, value)
+    _settle(page, None, client_id)
 
 
-def _settle(page: Page, value: Asked | None) -> None:
+def _settle(page: Page, _value: Any, client_id: int | None = None) -> None:
     """Bring sliders and surrogate to bounds that were changed."""
     page.settle_at = None
     page.mirror_sliders()
-    refit(page, None if value is None else value.client_id)
+    refit(page, client_id)
 
 
 def refit(page: Page, client_id: int | None) -> None:

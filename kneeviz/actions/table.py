@@ -8,6 +8,7 @@ from kneeviz.actions import (
     commands,
     export,
     files,
+    handles,
     knee,
     landscape,
     lesson,
@@ -29,6 +30,7 @@ def _reject(page: Page, value: tuple[int, Any, str, Any], _client: int) -> None:
 
 ACTIONS: dict[str, Callable[..., None]] = {
     **knee.ACTIONS,
+    **handles.ACTIONS,
     **view.ACTIONS,
     **commands.ACTIONS,
     **search.ACTIONS,
@@ -47,7 +49,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
 
 def moves_a_slider(key: Hashable) -> bool:
     """Tell whether what is asked under `key` changes one of the knee's parameters."""
-    return isinstance(key, tuple) and key[0] == "param"
+    return isinstance(key, tuple) and key[0] in ("param", "grab_update")
 
 
 def perform(page: Page, key: Hashable, value: Any) -> None:

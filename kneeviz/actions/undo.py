@@ -33,9 +33,16 @@ def note(page: Page, key: Hashable, value: Any) -> None:
     if name in _FOLLOWS:
         is_new = page.history.amend(present)
     else:
+        drag = _dragged(page, key, value)
         is_new = page.history.record(
-            present, who=asked_by(value), what=_moved(key, value), now=time.monotonic()
+            present,
+            who=asked_by(value),
+            what=_moved(key, value) if drag is None else drag,
+            now=time.monotonic(),
+            held=drag is not None,
         )
+        if name == "grab_end":
+            page.history.rest()
     if is_new:
         _keep(page)
         if name not in _AT_WILL:
@@ -63,6 +70,16 @@ def _moved(key: Hashable, value: Any) -> Hashable | None:
     """Return `key` if it is of a slider or a number, which a hand moves on; None otherwise."""
     moves = isinstance(value, Asked) and type(value.value) in (int, float)
     return key if moves else None
+
+
+def _dragged(page: Page, key: Hashable, value: Any) -> Hashable | None:
+    """Return the drag of a handle that `key` belongs to, from its start to its end, or None."""
+    if isinstance(key, tuple) and key[0] in ("grab_start", "grab_update", "grab_end"):
+        return ("drag", *key[1:])
+    if key == "handle_escape":
+        held = (g for g in page.handles.grabs.values() if g.client_id == asked_by(value))
+        return next((("drag", g.handle.name, g.edge, g.client_id) for g in held), None)
+    return None
 
 
 def restore(page: Page, wanted: Snapshot) -> None:

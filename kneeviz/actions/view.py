@@ -86,6 +86,7 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
+        viser_internals.see_through(client, page.view.handles.unseen)
         viser_internals.name_widgets(
             client, "the knees' curves", "The knee; its pose is told in the panel"
         )

@@ -9,6 +9,7 @@ from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
+from kneeviz.page.handles import draw_handles
 from kneeviz.page.page import Page
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
@@ -66,6 +67,7 @@ class Drawing:
             time.sleep(_SEND_SECONDS)
         if not page.landscape.shown:
             self._draw_scene(current.x, poses)
+        draw_handles(page, poses[0])
         page.target.flush()
         if slow:
             self._draw_slow(shown, poses, other_charts=not touched and self.rest_at is None)

@@ -5,7 +5,7 @@ The session's thread alone calls it; see `kneeviz.server.session`.
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import viser
@@ -22,6 +22,7 @@ from kneeviz.page.animation import Animation
 from kneeviz.page.framing import Framing, Subject
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.handles import HandlesState
 from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
@@ -65,6 +66,7 @@ class Page:
         self.notices = Notices(clients, target.gui)
         self.search = SearchState()
         self.live = LiveState()
+        self.handles = HandlesState()
         self.live_search = LiveSearch(post)
         self.uploads = Uploads(post)
         self.study = StudyState()
@@ -167,7 +169,8 @@ class Page:
         if glided is not None:
             self.playback.set_share(glided)
         self.playback.advance(now)
-        self.framing.follow(self.subject, now)
+        if not self.handles.grabs:  # nothing is moved away under a hand
+            self.framing.follow(self.subject, now)
         self.framing.advance(now)
 
     def show_knee(self, x: FloatArray, *, final: bool) -> None:
@@ -197,6 +200,19 @@ class Page:
         handle = self.view.knee.sliders[index]
         if handle.value != value:  # set by us while the visitor moved it
             handle.value = value
+        self._edited()
+
+    def put(self, values: Mapping[int, float]) -> None:
+        """Give parameters values, SI, by their place in a knee; their sliders follow."""
+        for index, value in values.items():
+            self.state.x[index] = value
+            handle = self.view.knee.sliders[index]
+            shown = sliders.shown_value(self.view.knee, self.state, index)
+            if handle.value != shown:
+                handle.value = shown
+        self._edited()
+
+    def _edited(self) -> None:
         self.animation.stop_morph()
         self.edited_at = time.monotonic()
         self.unsolved = self.model_ready

@@ -2,7 +2,9 @@
 
 import time
 from collections.abc import Callable
-from typing import Annotated, Any, Generic, TypeVar
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
@@ -26,6 +28,7 @@ _Id = Annotated[str, Meta(max_length=100)]
 _Number = Annotated[float, Meta(ge=-1e9, le=1e9)]
 _Count = Annotated[int, Meta(ge=-1, le=2**40)]
 _Three = tuple[_Number, _Number, _Number]
+_Modifier = Annotated[str, Meta(max_length=30)]
 
 
 class _Message(Struct, tag_field="type", forbid_unknown_fields=True):
@@ -59,6 +62,33 @@ class CommandTrigger(_Message, tag="CommandTriggerMessage"):
     uuid: _Id
 
 
+class SceneNodeClick(_Message, tag="SceneNodeClickMessage"):
+    """A handle on the knee was clicked."""
+
+    name: _Id
+    instance_index: _Count | None
+    ray_origin: _Three
+    ray_direction: _Three
+    screen_pos: tuple[_Number, _Number]
+    modifier: _Modifier | None
+    owner: _Id
+
+
+class SceneNodeDrag(_Message, tag="SceneNodeDragMessage"):
+    """A handle is dragged; whether its places are places is checked where the handle is known."""
+
+    phase: Literal["start", "update", "end"]
+    name: _Id
+    instance_index: _Count | None
+    start_position: tuple[float, float, float]
+    start_screen_pos: tuple[float, float]
+    end_position: tuple[float, float, float]
+    end_screen_pos: tuple[float, float]
+    button: Literal["left", "middle", "right"]
+    modifier: _Modifier | None
+    owner: _Id
+
+
 class FileTransferStartUpload(_Message, tag="FileTransferStartUpload"):
     """A file is announced."""
 
@@ -79,11 +109,17 @@ class FileTransferPart(_Message, tag="FileTransferPart"):
     content: bytes
 
 
-ACCEPTED = (ViewerCamera, GuiUpdate, CommandTrigger, FileTransferStartUpload, FileTransferPart)
+ACCEPTED = (
+    ViewerCamera,
+    GuiUpdate,
+    CommandTrigger,
+    SceneNodeClick,
+    SceneNodeDrag,
+    FileTransferStartUpload,
+    FileTransferPart,
+)
 """All that the page sends; viser knows more kinds, which none of our widgets needs."""
-_decode: Callable[[bytes], _Message] = msgspec.msgpack.Decoder(
-    ViewerCamera | GuiUpdate | CommandTrigger | FileTransferStartUpload | FileTransferPart
-).decode
+_decode: Callable[[bytes], _Message] = msgspec.msgpack.Decoder(reduce(or_, ACCEPTED)).decode
 
 
 def understood(raw: str | bytes) -> _Message | None:

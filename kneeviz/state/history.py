@@ -46,7 +46,13 @@ class History:
         self._gesture = _Gesture()
 
     def record(
-        self, state: Snapshot, *, who: int | None, what: Hashable | None, now: float
+        self,
+        state: Snapshot,
+        *,
+        who: int | None,
+        what: Hashable | None,
+        now: float,
+        held: bool = False,
     ) -> bool:
         """Make `state` the present one; return whether it differs from the last.
 
@@ -62,10 +68,12 @@ class History:
             The slider or number that is being moved; None for a change that is over at once.
         now : float
             s of `time.monotonic`.
+        held : bool
+            Whether the hand has not let go since, however long it rested.
         """
         if state.same_as(self.present):
             return False
-        if not self._gesture.goes_on(who, what, now):
+        if not self._gesture.goes_on(who, what, self._gesture.last if held else now):
             self._past = [*self._past[1 - DEEPEST :], self.present]
             self._gesture = _Gesture()
         if what is not None:

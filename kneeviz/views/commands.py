@@ -48,6 +48,12 @@ COMMANDS = (
     Command(label="Newtons beside the ligaments", key=("toggle", "forces"), hotkey="N"),
     Command(label="Landscape or knee", key="landscape", hotkey="V"),
     Command(label="Dark or light theme", key=("toggle", "dark"), hotkey="D"),
+    Command(
+        label="Handle: as it was",
+        key="handle_escape",
+        hotkey="escape",
+        description="Puts back what is being dragged; closes the magnified bound.",
+    ),
     Command(label="Reset all to the baseline", key="reset_all"),
     Command(label="Download the knee (knee.toml)", key=("download", "knee.toml")),
     Command(label="Download the result (result.json)", key=("download", "result.json")),

@@ -59,6 +59,8 @@ class Palette:
     mechanism: RGB
     arrow: RGB
     contact: RGB
+    handle: RGB
+    """Boxes of bounds, and the handles of circle and plateau."""
     size: float = 1.0
     """How much larger lines, dots and their text are than at a desk."""
 
@@ -88,6 +90,7 @@ LIGHT = Palette(
     mechanism=(110, 96, 74),
     arrow=(60, 60, 60),
     contact=(255, 176, 0),
+    handle=(60, 60, 60),
 )
 DARK = Palette(
     current="#f2f2f2",
@@ -114,6 +117,7 @@ DARK = Palette(
     mechanism=(150, 105, 50),
     arrow=(250, 250, 250),
     contact=(255, 190, 40),
+    handle=(30, 115, 135),
 )
 
 

@@ -19,6 +19,7 @@ from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.html.readout import legend
+from kneeviz.views.scene.handles import HandleScene
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_value
@@ -51,6 +52,7 @@ class View:
         )
         gui.set_panel_label("kneeviz")
         self.scene = KneeScene(target.scene)
+        self.handles = HandleScene(target.scene, post)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT_WIDTH)
         self.landscape: LandscapeScene | None = None
@@ -164,6 +166,7 @@ class View:
     def _paint(self) -> None:
         colours = self.colours
         self.scene.paint(colours)
+        self.handles.paint(colours)
         if self.landscape is not None:
             self.landscape.paint(colours)
         for chart in (self.curve, self.forces, self.ap):

@@ -22,6 +22,15 @@ ARGUMENTS = (
 )  # fmt: skip
 READY = """() => window.__viserMutable?.nodeRefFromName?.['/knee/femur'] != null
     && Object.keys(window.__viserTestpoints?.uplots ?? {}).length > 0"""
+VISER_S_OWN = "Unable to preventDefault inside passive event listener"
+"""What viser's client says whenever a node is dragged; nothing comes of it."""
+SPOT = """name => {
+    const { nodeRefFromName, camera, canvas } = window.__viserMutable, node = nodeRefFromName[name];
+    const drawn = node.children[0].matrixWorld;  // a hand takes what was drawn last
+    const at = node.position.clone().setFromMatrixPosition(drawn).project(camera);
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    return [left + (at.x + 1) / 2 * width, top + (1 - at.y) / 2 * height];
+}"""
 VIEWPORT = {"width": 1280, "height": 720}
 
 
@@ -70,9 +79,13 @@ class Visitor:
         self.context = browser.new_context(viewport=VIEWPORT, accept_downloads=True)
         self.page = self.context.new_page()
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
+        self.page.on("console", self._note)
         self.url = url + query
         self.open()
+
+    def _note(self, message: Any) -> None:
+        if message.type == "error" and VISER_S_OWN not in message.text:
+            self.errors.append(message.text)
 
     def open(self) -> None:
         self.page.goto(self.url)
@@ -119,6 +132,11 @@ class Visitor:
             " return [q.w, q.x, q.y, q.z]; }",
             node,
         )
+
+    def spot(self, node: str) -> tuple[float, float]:
+        """Return where the middle of a node of the scene is in the window, in pixels."""
+        x, y = self.page.evaluate(SPOT, node)
+        return x, y
 
     def wait(self, script: str, argument: Any = None, timeout: float = 20_000) -> None:
         self.page.wait_for_function(script, arg=argument, timeout=timeout)

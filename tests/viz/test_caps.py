@@ -21,12 +21,26 @@ PART = {
     "part_index": 0, "content": b"x",
 }  # fmt: skip
 
+CLICK = {
+    "type": "SceneNodeClickMessage", "name": "/handles/condyle", "instance_index": None,
+    "ray_origin": (0.0, 0.0, 2.0), "ray_direction": (0.0, 0.0, -1.0), "screen_pos": (0.5, 0.5),
+    "modifier": None, "owner": "",
+}  # fmt: skip
+DRAG = {
+    "type": "SceneNodeDragMessage", "phase": "update", "name": "/handles/condyle",
+    "instance_index": None, "start_position": (0.0, 0.0, 0.0), "start_screen_pos": (0.5, 0.5),
+    "end_position": (math.nan, 0.0, 0.0), "end_screen_pos": (0.5, 0.5), "button": "left",
+    "modifier": "cmd/ctrl+shift", "owner": "",
+}  # fmt: skip
+
 
 def packed(message):
     return msgspec.msgpack.encode(message)
 
 
-@pytest.mark.parametrize("message", [CAMERA, UPDATE, START, PART], ids=lambda m: m["type"])
+@pytest.mark.parametrize(
+    "message", [CAMERA, UPDATE, CLICK, DRAG, START, PART], ids=lambda m: m["type"]
+)
 def test_what_the_page_sends_is_understood(message):
     assert understood(packed(message)) is not None
 
@@ -54,6 +68,9 @@ NESTED = b"\x91" * 100_000 + b"\xc0"
         packed(CAMERA | {"wxyz": [1.0]}),
         packed(START | {"size_bytes": -2}), packed(START | {"filename": "x" * 1001}),
         packed(START | {"part_count": 1.5}), packed(PART | {"content": "x"}), NESTED,
+        packed(CLICK | {"ray_origin": (math.nan, 0.0, 2.0)}), packed(CLICK | {"name": "a" * 101}),
+        packed(DRAG | {"phase": "stay"}), packed(DRAG | {"end_position": (0.0, 0.0)}),
+        packed(DRAG | {"button": "x" * 9}), packed(DRAG | {"modifier": "x" * 31}),
         b"\x82\xa4type\xb0GuiUpdateMessage\xa4uuid" + NESTED,
         packed(UPDATE)[:-1], packed(UPDATE) + b"x",
     ],

@@ -6,7 +6,7 @@ It sends anything, also what no browser would, and decodes what a browser would 
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -124,6 +124,39 @@ class WebSocketClient:
 
     def update(self, uuid: str, updates: Any) -> None:
         self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
+
+    def click(self, node: str) -> None:
+        """Click a node of the scene."""
+        self.send(
+            {
+                "type": "SceneNodeClickMessage",
+                "name": node,
+                "instance_index": None,
+                "ray_origin": (0.0, 0.0, 2.0),
+                "ray_direction": (0.0, 0.0, -1.0),
+                "screen_pos": (0.5, 0.5),
+                "modifier": None,
+                "owner": "",
+            }
+        )
+
+    def drag(self, node: str, phase: str, start: Sequence[float], end: Sequence[float]) -> None:
+        """Tell of a drag of a node: where it was taken hold of, and where the pointer is."""
+        self.send(
+            {
+                "type": "SceneNodeDragMessage",
+                "phase": phase,
+                "name": node,
+                "instance_index": None,
+                "start_position": [float(v) for v in start],
+                "start_screen_pos": (0.5, 0.5),
+                "end_position": [float(v) for v in end],
+                "end_screen_pos": (0.5, 0.5),
+                "button": "left",
+                "modifier": None,
+                "owner": "",
+            }
+        )
 
     def upload(self, uuid: str, name: str, content: bytes, *, size: int | None = None) -> None:
         self.send(

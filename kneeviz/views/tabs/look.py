@@ -28,6 +28,12 @@ class LookTab:
         self.forces = gui.add_checkbox(
             "Newtons", False, hint="Write each ligament's tension beside its name."
         )
+        self.handles = gui.add_checkbox(
+            "Handles",
+            True,
+            hint="While the motion is paused: drag a ring to move that point. Click it to see its "
+            "bound, magnified, and drag the bound's edge. Two clicks: home. Escape: as it was.",
+        )
         self.dark = gui.add_checkbox("Dark theme", False)
         self.large = gui.add_checkbox(
             "Class size", False, hint="Larger text, lines and dots, for the last row."
@@ -47,6 +53,7 @@ class LookTab:
             (self.speed, "speed"),
             (self.loop, "loop"),
             (self.forces, "forces"),
+            (self.handles, "handles"),
             (self.dark, "dark"),
             (self.large, "large"),
         ):
