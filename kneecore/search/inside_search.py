@@ -1,6 +1,6 @@
-"""A surrogate of a model of one's own, repaired by batches of runs.
+"""The worst pair of a model of one's own, by batches of runs where a surrogate promises more.
 
-How the runs are chosen is in `kneecore.search.inside`.
+Where that is: `kneecore.search.inside`. How far the end is to be trusted: `kneecore.search.verdict`.
 """
 
 import time
@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore.numerics.kriging import Kriging, likely
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Progress
-from kneecore.search.inside import Half, best_places, climbed, is_new, trial
+from kneecore.search.inside import Half, best_places, highest, is_new
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
 from kneecore.search.result import Repair, RepairRound, gap_percent
 from kneecore.search.training import Training, train
@@ -21,12 +22,13 @@ __all__ = ["find_inside_pair"]
 
 FloatArray = NDArray[np.float64]
 
-_WORTH = 2e-4  # of f: a climb that promises less above the best sample is not computed
+_WORTH = 2e-4  # of f: a place that promises less above the best run is not computed
 _GAIN = 1e-3  # of f: a smaller gain is none
 _QUIET = 24  # runs without a gain after which a search may end, at least
 _MEMORY = 0.8  # of a half's earlier errors after each run
 _FIRST_ERROR = 0.05  # of f
 _FLAT = 1e-12  # of the outputs' size: smaller differences are rounding
+_GROWTH = 1.05  # of the runs, before the surrogate's lengths are looked for again
 
 
 class _Search:
@@ -37,7 +39,9 @@ class _Search:
         self.points, self.values = training.points, training.values
         self.n_first = len(training.points)
         self._rng = np.random.default_rng([problem.settings.seed, 1])
-        self._halves: dict[tuple[float, ...], Half] = {}
+        self._halves: dict[tuple[float, ...], list[Half]] = {}
+        self._theta: FloatArray | None = None
+        self._lengths_due = 0.0
         self.rounds: list[RepairRound] = []
         self.history: list[float] = []
         self.cancelled = False
@@ -45,26 +49,41 @@ class _Search:
         self.look()
 
     def look(self) -> None:
-        """Fit again, and see what is the best pair and what the surrogate promises."""
-        good = np.isfinite(self.values).all(axis=1)
-        self.surrogate = Surrogate.fit(self.points[good], self.values[good])
+        """See which pair is the best, and what the surrogate of its signs promises."""
         i, j, best = best_places(self.values, self._weights)
         if self.history and best > self.history[-1] * (1.0 + _GAIN):
             self._last_gain = len(self.points)
-        self.places, self.best = [i, j], best
+        self.places, self.best, self.promised = [i, j], best, best
         self.history.append(best)
-        y = self.values[self.places]
-        signs = np.where(y[0] >= y[1], 1.0, -1.0) * self._weights
-        self.halves = [self._half(signs), self._half(-signs)]
-        fitted = self.points[good]
-        self._climbs = [climbed(self.surrogate, h, fitted, self._rng) for h in self.halves]
-        promised = float(sum(values[0] for _, values in self._climbs))
-        self.promised = max(promised, best)
+        self.halves = self._halves_of(self.values[i], self.values[j])
+        if self.constant:
+            return
+        self.process = self._fitted(self.halves[0].sums)
+        self._tops = [self._highest(half, 0.0) for half in self.halves]
+        self.promised = max(float(sum(values[0] for _, values in self._tops)), best)
 
-    def _half(self, sums: FloatArray) -> Half:
-        return self._halves.setdefault(
-            tuple(sums.tolist()), Half(sums, error=_FIRST_ERROR * max(self.best, 0.0))
-        )
+    def _halves_of(self, one: FloatArray, two: FloatArray) -> list[Half]:
+        signs = np.where(one >= two, 1.0, -1.0)
+        signs *= signs[0] * self._weights
+        key = tuple(signs.tolist())
+        if key not in self._halves:
+            error = _FIRST_ERROR * max(self.best, 0.0)
+            self._halves[key] = [Half(s * signs, s, error) for s in (1.0, -1.0)]
+            self._lengths_due = 0.0
+        return self._halves[key]
+
+    def _fitted(self, signs: FloatArray) -> Kriging:
+        """Fit the signed sum of the outputs; where a run failed it is taken to be middling."""
+        sums = self.values @ signs
+        good = np.isfinite(sums)
+        if self._theta is None or len(sums) >= self._lengths_due:
+            self._theta = likely(self.points[good], sums[good], self._theta)
+            self._lengths_due = _GROWTH * len(sums)
+        return Kriging(self.points, np.where(good, sums, np.median(sums[good])), self._theta)
+
+    def _highest(self, half: Half, deviations: float) -> tuple[FloatArray, FloatArray]:
+        best = self.points[int(np.nanargmax(self.values @ half.sums))]
+        return highest(self.process, half, deviations, best, self._rng)
 
     @property
     def n_added(self) -> int:
@@ -109,28 +128,21 @@ class _Search:
         )
 
     def _batch(self, size: int) -> None:
-        points, halves = self._optima()
-        n_optima = len(points)
-        if n_optima > size:
-            points, halves, n_optima = points[:size], halves[:size], size
-        while len(points) < size:
+        chosen = self._optima()[:size]
+        n_optima = len(chosen)
+        while len(chosen) < size:
             half = self._doubtful_half()
-            known = np.vstack([self.points, *points])
-            sums = self.values @ half.sums
-            base = self.points[int(np.nanargmax(sums))]
-            points.append(trial(self.surrogate, half, base, known, self._rng)[None])
-            halves.append(half)
-        u = np.vstack(points)
-        predicted = self.surrogate(u)
+            chosen.append((half, self._trial(half, [u for _, u in chosen])))
+        u = np.vstack([point for _, point in chosen])
+        predicted = self.process(u)[0]
         y = self._problem.model(u)
-        self._learn(halves, predicted, y, n_optima)
+        self._learn([half for half, _ in chosen], predicted, y)
         promised = self.promised
         self.points, self.values = np.vstack([self.points, u]), np.vstack([self.values, y])
         failed = not np.isfinite(y[:n_optima]).all()
         self.look()
         if n_optima or not self.rounds:
-            model = None if failed else self.best
-            self.rounds.append(self._round(promised, model))
+            self.rounds.append(self._round(promised, None if failed else self.best))
 
     def _round(self, promised: float, model: float | None) -> RepairRound:
         return RepairRound(
@@ -140,18 +152,23 @@ class _Search:
             gap_percent=gap_percent(promised, model),
         )
 
-    def _optima(self) -> tuple[list[FloatArray], list[Half]]:
+    def _optima(self) -> list[tuple[Half, FloatArray]]:
         """Return the points where the surrogate promises more than is known."""
-        points: list[FloatArray] = []
-        halves = []
-        for half, (ends, values) in zip(self.halves, self._climbs, strict=True):
-            known = np.vstack([self.points, *points])
+        chosen: list[tuple[Half, FloatArray]] = []
+        for half, (ends, values) in zip(self.halves, self._tops, strict=True):
+            known = np.vstack([self.points, *(u for _, u in chosen)])
             least = float(np.nanmax(self.values @ half.sums)) + _WORTH * self.best
             new = [u for u, v in zip(ends, values, strict=True) if v > least and is_new(u, known)]
             if new:
-                points.append(new[0][None])
-                halves.append(half)
-        return points, halves
+                chosen.append((half, new[0]))
+        return chosen
+
+    def _trial(self, half: Half, chosen: list[FloatArray]) -> FloatArray:
+        """Return a point that may be better than the surrogate says."""
+        known = np.vstack([self.points, *chosen])
+        ends, _ = self._highest(half, half.deviations())
+        new = [u for u in ends if is_new(u, known)]
+        return new[0] if new else self._rng.random(self.points.shape[1])
 
     def _doubtful_half(self) -> Half:
         """Draw a half, the more often the more its predictions have been wrong of late."""
@@ -160,22 +177,15 @@ class _Search:
         share = (one + floor) / (one + two + 2.0 * floor) if floor > 0.0 else 0.5
         return self.halves[0 if self._rng.random() < share else 1]
 
-    def _learn(
-        self, halves: list[Half], predicted: FloatArray, y: FloatArray, n_optima: int
-    ) -> None:
-        for k, half in enumerate(halves):
-            reached = float(y[k] @ half.sums)
-            if not np.isfinite(reached):
-                continue
-            error = abs(reached - float(predicted[k] @ half.sums))
-            half.error = _MEMORY * half.error + (1.0 - _MEMORY) * error
-            if k >= n_optima:
-                best = float(np.nanmax(self.values @ half.sums))
-                half.learn(reached > best + _GAIN * self.best)
+    def _learn(self, halves: list[Half], predicted: FloatArray, y: FloatArray) -> None:
+        for half, foreseen, reached in zip(halves, predicted, y, strict=True):
+            error = abs(float(reached @ half.sums) - half.sign * foreseen)
+            if np.isfinite(error):
+                half.error = _MEMORY * half.error + (1.0 - _MEMORY) * error
 
 
 def find_inside_pair(problem: Problem) -> Outcome:
-    """Find the most different pair by runs where the surrogate promises most or errs most."""
+    """Find the most different pair by runs where a surrogate promises more or is unsure."""
     first = train(problem.model, problem.settings, problem.callback)
     begun = time.perf_counter()
     search = _Search(problem, first)
@@ -196,11 +206,10 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
         rounds=tuple(search.rounds),
     )
     reason = "repaired" if repair.reached else "not_repaired"
-    training = replace(
-        first, surrogate=search.surrogate, points=search.points, values=search.values
-    )
+    good = np.isfinite(search.values).all(axis=1)
+    surrogate = Surrogate.fit(search.points[good], search.values[good])
+    training = replace(first, surrogate=surrogate, points=search.points, values=search.values)
     u = search.points[places]
-    predicted = search.surrogate(u)
     return Outcome(
         found=Found(
             u=u,
@@ -211,7 +220,7 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
             stop_reason="cancelled" if search.cancelled else reason,
         ),
         y=search.values[places],
-        y_surrogate=predicted,
+        y_surrogate=surrogate(u),
         objective_surrogate=search.promised,
         objective_model=pair_value(search.values[places], problem.weights) if found else None,
         training=training,
