@@ -149,7 +149,8 @@ def _check_failed(result: SearchResult) -> None:
     """Check the failed models of a search in a surrogate: all that were run are in the file."""
     if result.training_y is None or "failed" not in result.model.count_names:
         return
-    failed = _failed(result.training_y) + (0 if result.repair else _failed(result.y))
+    failed = _failed(result.training_y)
+    failed += result.repair.n_checked_failed if result.repair else _failed(result.y)
     failed += 0 if result.responses else _failed(result.y_nominal[None])
     fits = result.counts.get("models_failed", 0) == failed
     check_holds("counts.models_failed", fits, f"{failed} follows from the samples and the pair")
@@ -159,7 +160,7 @@ def _models_of(result: SearchResult) -> int | None:
     """Return how many models a search has run, as far as the result tells."""
     evidence, pairs = result.evidence, result.counts.get("pairs_evaluated", 0)
     if result.training_x is not None:
-        return len(result.training_x) + (0 if result.repair else 2)
+        return len(result.training_x) + (result.repair.n_checked if result.repair else 2)
     if result.settings.method == "ga":
         return 2 * pairs + 2
     return None if evidence is None else evidence.n_evaluations + evidence.n_models

@@ -140,10 +140,15 @@ def _shared(model: Model, settings: SearchSettings) -> dict[str, Any]:
 
 
 _OPTIONS: dict[str, dict[str, Any]] = {
-    "ga_surrogate": {"search_space": "surrogate"},
+    "ga_surrogate": {"method": "ga", "search_space": "surrogate", "repair": False},
     "repair": {"repair": True},
     "exact": {"method": "exact"},
-    "ga": {"search_space": "model", "pop_size": VALIDATION, "n_generations": VALIDATION},
+    "ga": {
+        "method": "ga",
+        "search_space": "model",
+        "pop_size": VALIDATION,
+        "n_generations": VALIDATION,
+    },
 }
 
 

@@ -1,6 +1,6 @@
 """The worst pair of a model of one's own, by batches of runs where a surrogate promises more.
 
-Where that is: `kneecore.search.inside`. How far the end is to be trusted: `kneecore.search.verdict`.
+Where that is: `kneecore.search.inside`. How far to trust the end: `kneecore.search.verdict`.
 """
 
 import time
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from kneecore.numerics.kriging import Kriging, likely
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.progress import Progress
+from kneecore.progress import Cancelled, Clock, Progress
+from kneecore.search.checks import MOST, Checks, looked_at
 from kneecore.search.inside import Half, best_places, highest, is_new
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
 from kneecore.search.result import Repair, RepairRound, gap_percent
+from kneecore.search.settings import SearchSettings
 from kneecore.search.training import Training, train
-from kneecore.search.verdict import judged
+from kneecore.search.verdict import Seen, judged, ranks_of
 
 __all__ = ["find_inside_pair"]
 
@@ -29,6 +31,9 @@ _MEMORY = 0.8  # of a half's earlier errors after each run
 _FIRST_ERROR = 0.05  # of f
 _FLAT = 1e-12  # of the outputs' size: smaller differences are rounding
 _GROWTH = 1.05  # of the runs, before the surrogate's lengths are looked for again
+_PAIR = 2
+_DEVIATIONS = 2.0  # above the mean: what counts as possible
+_SMOOTH = 0.97  # rank correlation above which nobody looks for a jump
 
 
 class _Search:
@@ -45,6 +50,9 @@ class _Search:
         self.rounds: list[RepairRound] = []
         self.history: list[float] = []
         self.cancelled = False
+        self.checks = Checks()
+        self.n_failed_best = 0
+        self._clock = Clock()
         self._last_gain = self.n_first
         self.look()
 
@@ -86,6 +94,12 @@ class _Search:
         return highest(self.process, half, deviations, best, self._rng)
 
     @property
+    def possible(self) -> float:
+        """The largest f within two standard deviations of the surrogate."""
+        tops = (self._highest(half, _DEVIATIONS)[1][0] for half in self.halves)
+        return max(float(sum(tops)), self.best)
+
+    @property
     def n_added(self) -> int:
         return len(self.points) - self.n_first
 
@@ -104,28 +118,59 @@ class _Search:
             and 100.0 * (self.promised - self.best) <= goal * self.promised
         )
 
-    def run(self) -> None:
-        """Compute batches until nothing is left to find or the runs are used up."""
-        settings = self._problem.settings
-        while self.n_added < settings.repair_models and not self.constant and not self.quiet:
-            if self._told():
-                self.cancelled = True
-                return
-            self._batch(min(settings.repair_batch, settings.repair_models - self.n_added))
+    def ranks(self, n: int | None = None) -> float | None:
+        """Return the rank correlation of the first n runs, or all, with what the others predict."""
+        sums = self.values @ self.halves[0].sums
+        good = np.flatnonzero(np.isfinite(sums[:n]))
+        return ranks_of(sums[good], (sums + self.process.loo_errors)[good])
 
-    def _told(self) -> bool:
-        callback, allowed = self._problem.callback, self._problem.settings.repair_models
-        return callback is not None and bool(
-            callback(
-                Progress(
-                    stage="repair",
-                    done=self.n_added,
-                    total=allowed,
-                    best=self.best,
-                    n_models=len(self.points),
-                )
-            )
+    @property
+    def _n_kept(self) -> int:
+        """Runs that are kept for the checks."""
+        allowed, rough = self._problem.settings.repair_models or 0, (self.ranks() or 0.0) < _SMOOTH
+        kept = MOST if rough else _PAIR
+        return kept if allowed > 2 * MOST else 0
+
+    def run(self) -> None:
+        """Compute batches until nothing is left to find or the runs are used up, then check."""
+        settings = self._problem.settings
+        allowed = settings.repair_models or 0
+        try:
+            while not self.constant and not self.quiet:
+                left = allowed - self.n_added - self._n_kept
+                if left <= 0:
+                    break
+                self._batch(min(settings.repair_batch, left))
+            if not self.constant and self._n_kept:
+                self._check()
+        except Cancelled:
+            self.cancelled = True
+
+    def _check(self) -> None:
+        signs, rough = self.halves[0].sums, self._n_kept > _PAIR
+        self.checks = looked_at(
+            self._run, self.points, self.values, self.places, signs, rough=rough
         )
+
+    def _run(self, u: FloatArray) -> FloatArray:
+        """Run the model; raises `Cancelled`, also between two runs."""
+        self._tell(0)
+        return self._problem.model(u, self._tell)
+
+    def _tell(self, done: int) -> bool:
+        """Report so many runs more than are known; raise `Cancelled` if that is to be the end."""
+        allowed, done = self._problem.settings.repair_models or 0, self.n_added + done
+        report = Progress(
+            stage="repair",
+            done=done,
+            total=allowed,
+            best=self.best,
+            n_models=self.n_first + done,
+            seconds_left=self._clock.left(done, allowed - done),
+        )
+        if self._problem.callback is not None and self._problem.callback(report):
+            raise Cancelled
+        return False
 
     def _batch(self, size: int) -> None:
         chosen = self._optima()[:size]
@@ -135,14 +180,15 @@ class _Search:
             chosen.append((half, self._trial(half, [u for _, u in chosen])))
         u = np.vstack([point for _, point in chosen])
         predicted = self.process(u)[0]
-        y = self._problem.model(u)
+        y = self._run(u)
         self._learn([half for half, _ in chosen], predicted, y)
         promised = self.promised
         self.points, self.values = np.vstack([self.points, u]), np.vstack([self.values, y])
-        failed = not np.isfinite(y[:n_optima]).all()
+        failed = ~np.isfinite(y[:n_optima]).all(axis=1)
+        self.n_failed_best += int(np.count_nonzero(failed))
         self.look()
         if n_optima or not self.rounds:
-            self.rounds.append(self._round(promised, None if failed else self.best))
+            self.rounds.append(self._round(promised, None if failed.any() else self.best))
 
     def _round(self, promised: float, model: float | None) -> RepairRound:
         return RepairRound(
@@ -197,18 +243,9 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
     settings, places = problem.settings, search.places
     found = bool(np.isfinite(search.best))
     search.rounds.append(search._round(search.promised, search.best if found else None))
-    added = search.values[search.n_first :]
-    repair = Repair(
-        goal_percent=settings.repair_gap_percent,
-        max_models=settings.repair_models,
-        n_models=search.n_added,
-        n_failed=int(np.count_nonzero(~np.isfinite(added).all(axis=1))),
-        rounds=tuple(search.rounds),
-    )
-    reason = "repaired" if repair.reached else "not_repaired"
+    reason = "repaired" if _repair(search, settings).reached else "not_repaired"
     good = np.isfinite(search.values).all(axis=1)
     surrogate = Surrogate.fit(search.points[good], search.values[good])
-    training = replace(first, surrogate=surrogate, points=search.points, values=search.values)
     u = search.points[places]
     return Outcome(
         found=Found(
@@ -223,13 +260,45 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
         y_surrogate=surrogate(u),
         objective_surrogate=search.promised,
         objective_model=pair_value(search.values[places], problem.weights) if found else None,
-        training=training,
+        training=replace(first, surrogate=surrogate, points=search.points, values=search.values),
         seconds={
             "sampling": first.seconds_sampling,
             "fit": first.seconds_fit,
             "search": seconds,
             "verify": 0.0,
         },
-        repair=repair,
-        verdict=judged(search.history, training, problem.weights, search.halves, search.promised),
+        repair=_repair(search, settings),
+        verdict=judged(None if search.constant else _seen(search)),
+    )
+
+
+def _repair(search: _Search, settings: SearchSettings) -> Repair:
+    added = search.values[search.n_first :]
+    return Repair(
+        goal_percent=settings.repair_gap_percent,
+        max_models=settings.repair_models or 0,
+        n_models=search.n_added,
+        n_failed=int(np.count_nonzero(~np.isfinite(added).all(axis=1))),
+        n_checked=search.checks.n_models,
+        n_checked_failed=search.checks.n_failed,
+        rounds=tuple(search.rounds),
+    )
+
+
+def _seen(search: _Search) -> Seen:
+    checks, failed = search.checks, ~np.isfinite(search.values).all(axis=1)
+    return Seen(
+        history=search.history,
+        promised=search.promised,
+        possible=search.possible,
+        ranks=search.ranks(),
+        first_ranks=search.ranks(search.n_first),
+        n_runs=len(search.points),
+        n_inputs=search.points.shape[1],
+        n_failed=int(np.count_nonzero(failed)),
+        n_failed_best=search.n_failed_best,
+        error=sum(half.error for half in search.halves) / search.best,
+        noise=checks.noise,
+        jump=checks.jump,
+        jump_width=checks.width,
     )

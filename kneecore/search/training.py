@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore.errors import ModelError
 from kneecore.model import Model
-from kneecore.numerics.sampling import uniform
+from kneecore.numerics.sampling import batches, uniform
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.search.arguments import checked
 from kneecore.search.settings import SearchSettings
 from kneecore.unit_model import UnitModel
@@ -58,7 +58,10 @@ class Training:
 
 
 def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:
-    """Sample the model uniformly and fit a surrogate.
+    """Sample the model and fit a surrogate.
+
+    The samples are uniform as in the paper for a knee, a Latin hypercube for other models: their
+    runs are few and dear.
 
     Raises
     ------
@@ -71,11 +74,18 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     settings.check_training(n_dimensions)
     report = callback or (lambda _: None)
     n = settings.training_samples
+    assert n is not None
     if report(Progress(stage="sampling", done=0, total=n)):
         raise Cancelled
     start = time.perf_counter()
-    points = uniform(n, n_dimensions, settings.seed)
-    values = model(points, lambda done: report(Progress(stage="sampling", done=done, total=n)))
+    points = _points(model.model, settings)
+    clock = Clock()
+
+    def watch(done: int) -> object:
+        left = clock.left(done, n - done + (settings.repair_models or 0))
+        return report(Progress(stage="sampling", done=done, total=n, seconds_left=left))
+
+    values = model(points, watch)
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
@@ -94,6 +104,14 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         seconds_sampling=sampled - start,
         seconds_fit=time.perf_counter() - sampled,
     )
+
+
+def _points(model: Model, settings: SearchSettings) -> FloatArray:
+    n, d, seed = settings.training_samples, model.n_free, settings.seed
+    assert n is not None
+    if model.in_corners:
+        return uniform(n, d, seed)
+    return next(batches(n, d, seed, sampling="latin-hypercube", size=n))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

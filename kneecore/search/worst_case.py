@@ -39,7 +39,7 @@ from kneecore.search.inside_search import find_inside_pair
 from kneecore.search.problem import Outcome, Problem
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import MODELS, SearchResult, gap_percent
-from kneecore.search.settings import SearchSettings, enough_samples
+from kneecore.search.settings import SearchSettings
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
 
@@ -77,9 +77,9 @@ def worst_case(
     model : Model
         Such as `Knee`.
     settings : SearchSettings, optional
-        How to search. For None: the paper's main run for a knee; for other models climbs with exact
-        gradients where there are any, else a surrogate that is repaired within 150 runs, or
-        100 more than it is fitted to.
+        How to search. What is left open is decided for the model: the paper's main run for a knee;
+        for other models climbs with exact gradients where there are any, else a surrogate that is
+        repaired within 150 runs, or 100 more than it is fitted to.
     callback : callable, optional
         Gets `Progress` reports; a true result cancels. A search that has begun returns what it has
         found, with the `stop_reason` "cancelled".
@@ -93,8 +93,6 @@ def worst_case(
     Cancelled
         If the callback cancelled before the search had begun.
     """
-    if settings is None and isinstance(model, Model):
-        settings = _usual(model)
     settings = checked(model, settings, callback).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
@@ -110,16 +108,6 @@ def worst_case(
         result_of=lambda found, counted: _result(replace(problem, model=counted), found, compiled),
     )
     return _result(problem, find(problem), compiled)
-
-
-def _usual(model: Model) -> SearchSettings:
-    """Return how a model is searched if nothing is asked for."""
-    if model.in_corners:
-        return SearchSettings()
-    if model.has_gradient or model.proxy is not None:
-        return SearchSettings(method="exact")
-    n = enough_samples(model.n_free)
-    return SearchSettings(method="exact", repair=True, training_samples=n, repair_models=99)
 
 
 def _order(outcome: Outcome, column: int) -> list[int]:

@@ -204,12 +204,14 @@ def spill(x):
     s, t = np.arange(0.5, 2.6, 0.5)[:, None], np.arange(10.0, 61.0, 10.0)
     first = mass / np.sqrt(diffusion * t) * np.exp(-(s**2) / (4 * diffusion * t))
     since = np.where(t > time, t - time, np.inf)
-    second = mass / np.sqrt(diffusion * since) * np.exp(-((s - place) ** 2) / (4 * diffusion * since))
+    second = (
+        mass / np.sqrt(diffusion * since) * np.exp(-((s - place) ** 2) / (4 * diffusion * since))
+    )
     return (first + second).reshape(len(x), -1)
 
 
 def morris(x):
-    """M. D. Morris (1991), Technometrics 33:161-174, with (-1)^i and (-1)^(i+j) for normal draws."""
+    """M. D. Morris (1991), Technometrics 33:161-174; (-1)^i and (-1)^(i+j) for its draws."""
     w = 2.0 * (x - 0.5)
     w[:, [2, 4, 6]] = 2.0 * (1.1 * x[:, [2, 4, 6]] / (x[:, [2, 4, 6]] + 0.1) - 0.5)
     sign = (-1.0) ** np.arange(1, 21)
