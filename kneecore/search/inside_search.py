@@ -33,7 +33,7 @@ _FLAT = 1e-12  # of the outputs' size: smaller differences are rounding
 _GROWTH = 1.05  # of the runs, before the surrogate's lengths are looked for again
 _PAIR = 2
 _DEVIATIONS = 2.0  # above the mean: what counts as possible
-_SMOOTH = 0.97  # rank correlation above which nobody looks for a jump
+_ROUGH = 0.1  # of f: where a left-out run errs by more, a jump is looked for
 
 
 class _Search:
@@ -110,12 +110,13 @@ class _Search:
 
     @property
     def quiet(self) -> bool:
-        """Whether runs have found nothing for long, and the surrogate promises nothing."""
+        """Whether runs have found nothing for long, and what was found would be trusted."""
         patience = max(_QUIET, 2 * self.points.shape[1])
         goal = self._problem.settings.repair_gap_percent
         return (
             len(self.points) - self._last_gain >= patience
             and 100.0 * (self.promised - self.best) <= goal * self.promised
+            and judged(_seen(self)).word == "trusted"
         )
 
     def ranks(self, n: int | None = None) -> float | None:
@@ -125,11 +126,14 @@ class _Search:
         return ranks_of(sums[good], (sums + self.process.loo_errors)[good])
 
     @property
+    def _rough(self) -> bool:
+        return bool(np.abs(self.process.loo_errors).max() > _ROUGH * self.best)
+
+    @property
     def _n_kept(self) -> int:
         """Runs that are kept for the checks."""
-        allowed, rough = self._problem.settings.repair_models or 0, (self.ranks() or 0.0) < _SMOOTH
-        kept = MOST if rough else _PAIR
-        return kept if allowed > 2 * MOST else 0
+        enough = (self._problem.settings.repair_models or 0) > 2 * MOST
+        return (MOST if self._rough else _PAIR) if enough else 0
 
     def run(self) -> None:
         """Compute batches until nothing is left to find or the runs are used up, then check."""
@@ -147,9 +151,9 @@ class _Search:
             self.cancelled = True
 
     def _check(self) -> None:
-        signs, rough = self.halves[0].sums, self._n_kept > _PAIR
+        signs = self.halves[0].sums
         self.checks = looked_at(
-            self._run, self.points, self.values, self.places, signs, rough=rough
+            self._run, self.points, self.values, self.places, signs, rough=self._rough
         )
 
     def _run(self, u: FloatArray) -> FloatArray:

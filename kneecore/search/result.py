@@ -256,7 +256,7 @@ class SearchResult(Presented):
     """How the surrogate was repaired; None if it was not asked to be."""
     verdict: Verdict | None = None
     """Whether the pair is to be trusted; None where the search does not judge itself: that of a
-    knee, or one without repair."""
+    knee, or one in the true model."""
     methods: tuple[MethodTrace, ...] = field(default=())
     """What all methods find in the same bounds (`kneecore.search.compare.with_methods`)."""
 

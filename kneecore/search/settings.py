@@ -174,9 +174,10 @@ class SearchSettings:
         in_model = method == "exact" and not repair and gradient
         samples = PAPER_SAMPLES if in_corners else enough_samples(n_free)
         if self.max_runs is not None:
-            samples = min(samples, max(n_free + 2, self.max_runs // 3))
-            if not repair:
-                samples = max(self.max_runs - _PAIR - 1, 1)
+            if repair:
+                samples = min(samples, max(n_free + 2, self.max_runs // 3))
+            else:
+                samples = min(samples, max(self.max_runs - _PAIR - 1, 1))
         added = 40 if in_corners else 99
         if self.max_runs is not None:
             added = max(self.max_runs - (self.training_samples or samples) - 1, 2)

@@ -81,6 +81,11 @@ def _late_gain(history: Sequence[float]) -> float:
 
 def _gap(seen: Seen) -> Iterator[str]:
     gap = gap_percent(seen.promised, seen.history[-1])
+    if gap is not None and gap < -_GAP:
+        yield (
+            f"The surrogate is {-gap:.0f} % below what the model says of the pair; let it be "
+            "repaired, or allow more runs."
+        )
     if gap is not None and gap > _GAP:
         yield (
             f"The surrogate still promises {gap:.0f} % more than any run has shown; allow more "

@@ -36,6 +36,7 @@ from kneecore.search.arguments import checked
 from kneecore.search.exact_search import exact_in_model, exact_in_surrogate
 from kneecore.search.genetic_search import find_pair
 from kneecore.search.inside_search import find_inside_pair
+from kneecore.search.offered import judged_and_offered
 from kneecore.search.problem import Outcome, Problem
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import MODELS, SearchResult, gap_percent
@@ -107,7 +108,10 @@ def worst_case(
         callback=callback,
         result_of=lambda found, counted: _result(replace(problem, model=counted), found, compiled),
     )
-    return _result(problem, find(problem), compiled)
+    outcome = find(problem)
+    if outcome.training is not None and not model.in_corners and not settings.repair:
+        outcome = judged_and_offered(outcome, problem.weights)
+    return _result(problem, outcome, compiled)
 
 
 def _order(outcome: Outcome, column: int) -> list[int]:
