@@ -94,7 +94,7 @@ def _check_training(result: SearchResult) -> None:
     if x is None or y is None:
         return
     check_holds("training", len(x) == len(y), "`parameters` and outputs have the same length")
-    n = result.settings.training_samples + (result.repair.n_models if result.repair else 0)
+    n = result.settings.n_training + (result.repair.n_models if result.repair else 0)
     check_holds("training", len(x) == n, "as many samples as were asked for, and those added")
     check_within("training.parameters", result.model, x)
     check_finite_or_not("training", y)

@@ -221,7 +221,7 @@ def _rank_f(knee: Knee, runs: tuple[SearchResult, ...], report: Callback) -> NDA
     ranks = []
     for run in runs:
         settings = SurrogateQualitySettings(
-            training_samples=run.settings.training_samples, seed=run.settings.seed
+            training_samples=run.settings.n_training, seed=run.settings.seed
         )
         ranks.append(surrogate_quality(knee, settings, callback=report).rank_f)
     return np.array(ranks)

@@ -132,13 +132,13 @@ class _Search:
     @property
     def _n_kept(self) -> int:
         """Runs that are kept for the checks."""
-        enough = (self._problem.settings.repair_models or 0) > 2 * MOST
+        enough = self._problem.settings.n_repair > 2 * MOST
         return (MOST if self._rough else _PAIR) if enough else 0
 
     def run(self) -> None:
         """Compute batches until nothing is left to find or the runs are used up, then check."""
         settings = self._problem.settings
-        allowed = settings.repair_models or 0
+        allowed = settings.n_repair
         try:
             while not self.constant and not self.quiet:
                 left = allowed - self.n_added - self._n_kept
@@ -163,7 +163,7 @@ class _Search:
 
     def _tell(self, done: int) -> bool:
         """Report so many runs more than are known; raise `Cancelled` if that is to be the end."""
-        allowed, done = self._problem.settings.repair_models or 0, self.n_added + done
+        allowed, done = self._problem.settings.n_repair, self.n_added + done
         report = Progress(
             stage="repair",
             done=done,
@@ -218,7 +218,9 @@ class _Search:
         known = np.vstack([self.points, *chosen])
         ends, _ = self._highest(half, half.deviations())
         new = [u for u in ends if is_new(u, known)]
-        return new[0] if new else self._rng.random(self.points.shape[1])
+        new.append(self._rng.random(self.points.shape[1]))
+        chosen_point: FloatArray = new[0]
+        return chosen_point
 
     def _doubtful_half(self) -> Half:
         """Draw a half, the more often the more its predictions have been wrong of late."""
@@ -280,7 +282,7 @@ def _repair(search: _Search, settings: SearchSettings) -> Repair:
     added = search.values[search.n_first :]
     return Repair(
         goal_percent=settings.repair_gap_percent,
-        max_models=settings.repair_models or 0,
+        max_models=settings.n_repair,
         n_models=search.n_added,
         n_failed=int(np.count_nonzero(~np.isfinite(added).all(axis=1))),
         n_checked=search.checks.n_models,

@@ -155,6 +155,17 @@ class SearchSettings:
         names = ("repair_gap_percent", "repair_models", "repair_batch")
         self._refuse_others_than_usual(names, "it needs `repair`")
 
+    @property
+    def n_training(self) -> int:
+        """Runs that the surrogate is fitted to, once that is decided (`of`)."""
+        assert self.training_samples is not None
+        return self.training_samples
+
+    @property
+    def n_repair(self) -> int:
+        """Runs that a repair may add, once that is decided (`of`); 0 without one."""
+        return self.repair_models or 0
+
     def usual(self, *, in_corners: bool, gradient: bool, n_free: int) -> dict[str, Any]:
         """Return what each option that may be left open is then: the one place that decides.
 
@@ -240,8 +251,7 @@ class SearchSettings:
                 f"`max_runs` is {self.max_runs}; it is for searches in a surrogate, and this one "
                 "is in the model"
             )
-        assert self.training_samples is not None
-        samples, added = max(self.training_samples, n_free + 1), self.repair_models or _PAIR
+        samples, added = max(self.n_training, n_free + 1), self.n_repair or _PAIR
         if samples + added + 1 > self.max_runs:
             raise ParameterError(
                 f"`max_runs` is {self.max_runs}; at least {samples + added + 1} are needed: "

@@ -73,8 +73,7 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     n_dimensions = model.model.n_free
     settings.check_training(n_dimensions)
     report = callback or (lambda _: None)
-    n = settings.training_samples
-    assert n is not None
+    n = settings.n_training
     if report(Progress(stage="sampling", done=0, total=n)):
         raise Cancelled
     start = time.perf_counter()
@@ -82,7 +81,7 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     clock = Clock()
 
     def watch(done: int) -> object:
-        left = clock.left(done, n - done + (settings.repair_models or 0))
+        left = clock.left(done, n - done + settings.n_repair)
         return report(Progress(stage="sampling", done=done, total=n, seconds_left=left))
 
     values = model(points, watch)
@@ -107,8 +106,7 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
 
 
 def _points(model: Model, settings: SearchSettings) -> FloatArray:
-    n, d, seed = settings.training_samples, model.n_free, settings.seed
-    assert n is not None
+    n, d, seed = settings.n_training, model.n_free, settings.seed
     if model.in_corners:
         return uniform(n, d, seed)
     return next(batches(n, d, seed, sampling="latin-hypercube", size=n))

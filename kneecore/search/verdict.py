@@ -69,8 +69,9 @@ def judged(seen: Seen | None) -> Verdict:
             ),
         )
     reasons = tuple(sentence for doubt in _DOUBTS for sentence in doubt(seen))
-    word = "doubtful" if reasons else "trusted"
-    return Verdict(word=word, reasons=reasons, outlook=_outlook(seen))
+    if reasons:
+        return Verdict(word="doubtful", reasons=reasons, outlook=_outlook(seen))
+    return Verdict(word="trusted", outlook=_outlook(seen))
 
 
 def _late_gain(history: Sequence[float]) -> float:

@@ -15,7 +15,7 @@ def blocks(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("page", ["cluster.md", "programs.md"])
+@pytest.mark.parametrize("page", ["any_model.md", "cluster.md", "programs.md"])
 def test_the_examples_run(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = {"__name__": page}
