@@ -5,7 +5,8 @@ prints a table, and writes it between the marks of FILE.md, such as ``docs/any_m
 
 Each search may run a model 150 times, ours with the nominal inputs and the checks of its pair. The
 rivals search pairs, as one would use them: a pair costs two runs; their answer is the most
-different pair of all their runs. A miss is a shortfall above 5 %; it is silent if the verdict is "trusted".
+different pair of all their runs. A miss is a shortfall above 5 %; it is silent if the verdict is
+"trusted".
 """
 
 import argparse
