@@ -68,6 +68,17 @@ def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
+def fold_panel(client: viser.ClientHandle, panel: Any, folded: bool, number: int) -> None:
+    """Fold a panel to a strip, or unfold it, in this client alone.
+
+    `number` rises from call to call: a browser takes only what is newer than what it has.
+    """
+    told = messages.GuiSetPanelCollapsedMessage(
+        panel._placement_uuid, folded, counter=number, run_id=f"client {client.client_id}"
+    )
+    client.gui._websock_interface.queue_message(told)
+
+
 _WATCH_CHARTS = """(() => {
   clearInterval(window.__kneevizCharts);
   window.__kneevizCharts = setInterval(() => {

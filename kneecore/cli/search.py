@@ -95,7 +95,7 @@ def _find(options: _Options, keeping: Keeping) -> tuple["SearchResult", bool]:
         def callback(report: "Progress") -> object:
             return show(report) or stop.is_set()
 
-        with keeping.opened(RESULT_FILE):
+        with contextlib.closing(model), keeping.opened(RESULT_FILE):
             result = worst_case(model, settings, callback=callback)
             if options.compare and not stop.is_set():
                 # Interrupted meanwhile: the result is there and is worth keeping.

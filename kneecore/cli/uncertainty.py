@@ -1,5 +1,6 @@
 """`python -m kneecore.uncertainty`: sampling and influence from a terminal."""
 
+import contextlib
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -60,7 +61,7 @@ def _study(options: _Options, keeping: Keeping, stop: threading.Event, show: "Ca
     from kneecore.files.study import STUDY_FILE
 
     model, worst = _checked(options)
-    with keeping.opened(STUDY_FILE):
+    with contextlib.closing(model), keeping.opened(STUDY_FILE):
         return _computed(options, model, worst, stop, show)
 
 

@@ -3,10 +3,12 @@
 from collections.abc import Callable
 
 from kneecore import FileFormatError, KneecoreError, KneeFile, SearchResult
+from kneeviz.actions import export
 from kneeviz.actions.downloads import result_files
 from kneeviz.actions.knee import load_knee
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import take_result
+from kneeviz.export import NAMES
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.uploads import NAMELESS, Uploaded
 from kneeviz.page.page import Page
@@ -22,6 +24,9 @@ def _download(page: Page, value: Asked, name: str) -> None:
         content = page.state.knee_text().encode()
     elif page.state.result is None:
         page.notices.tell(value.client_id, "Nothing to download", "No search has been made yet.")
+        return
+    elif name in NAMES:
+        export.start(page, page.state.result, value.client_id, name)
         return
     else:
         content = result_files(page.state.result, name)

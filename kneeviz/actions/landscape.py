@@ -1,10 +1,11 @@
 """The landscape in the knee's place. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 
 import numpy as np
 
-from kneeviz.actions.view import leave_landscape, place_cameras, restore_cameras
+from kneeviz.actions.view import leave_landscape
 from kneeviz.geometry.picture import Picture, picture
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
@@ -27,7 +28,7 @@ def set_landscape(page: Page, shown: bool, client_id: int | None = None) -> None
         return
     if not shown:
         leave_landscape(page)
-        restore_cameras(page)
+        page.framing.put_back(page.landscape.cameras, page.subject, time.monotonic())
         return
     refused = None
     if page.state.current is None or not page.surrogate_ready:
@@ -45,15 +46,13 @@ def _enter(page: Page) -> None:
     if view.landscape is None:
         view.landscape = LandscapeScene(page.target.scene)
         view.landscape.paint(theme.palette(view.dark))
-    show.cameras = {
-        number: (client.camera.position, client.camera.look_at)
-        for number, client in page.clients().items()
-    }
+    now = time.monotonic()
+    show.cameras = page.framing.moved_by_visitors(now)
     show.shown = True
     view.scene.set_hidden(True)
     view.landscape.set_visible(True)
     view.study.show_landscape(True)
-    place_cameras(page)
+    page.framing.reset(page.subject, now)
     refresh(page)
 
 

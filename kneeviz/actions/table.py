@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from kneeviz.actions import (
+    export,
     files,
     knee,
     landscape,
@@ -31,6 +32,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **live.ACTIONS,
     **methods.ACTIONS,
     **files.ACTIONS,
+    **export.ACTIONS,
     **study.ACTIONS,
     **landscape.ACTIONS,
     **lesson.ACTIONS,

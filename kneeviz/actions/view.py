@@ -1,16 +1,13 @@
 """Motion, cameras and looks. Runs on the session's worker."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
-import viser
-
 from kneeviz import viser_internals
 from kneeviz.actions.result import show_result
-from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
-from kneeviz.views.scene import camera
 from kneeviz.views.tabs.look import MODES
 
 
@@ -56,14 +53,14 @@ def _view(page: Page, value: Asked) -> None:
     if page.landscape.shown and value.value != "Reset":
         leave_landscape(page)
     if value.value == "Reset":
-        place_cameras(page, only=value.client_id)
+        page.framing.reset(page.subject, time.monotonic(), only=value.client_id)
         return
     spatial = value.value == "3D"
     if spatial != view.spatial:
         view.spatial = spatial
         view.repaint()
         page.touched = True
-    place_cameras(page)
+    page.framing.reset(page.subject, time.monotonic())
 
 
 def leave_landscape(page: Page) -> None:
@@ -77,44 +74,15 @@ def leave_landscape(page: Page) -> None:
     page.touched = True
 
 
-def place_cameras(page: Page, only: int | None = None) -> None:
-    """Put the cameras of all clients, or of one, where the view wants them."""
-    for client_id, client in page.clients().items():
-        if only in (None, client_id):
-            _place_camera(page, client, *_camera(page))
-
-
-def restore_cameras(page: Page) -> None:
-    """Put the cameras back to where they were before the landscape."""
-    for client_id, client in page.clients().items():
-        kept = page.landscape.cameras.get(client_id, _camera(page))
-        _place_camera(page, client, *kept)
-
-
-def _camera(page: Page) -> tuple[Any, Any]:
-    """Return where the view wants a camera to stand, and to look."""
-    if page.landscape.shown:
-        return camera.landscape_position(), surfaces.CENTRE
-    return camera.knee_position(page.view.scene.spatial), camera.CENTRE
-
-
-def _place_camera(page: Page, client: viser.ClientHandle, position: Any, look_at: Any) -> None:
-    """Put one client's camera somewhere, and lock or free its turning."""
-    viser_internals.set_camera_lock(client, locked=False)
-    with client.atomic():
-        client.camera.up_direction = (0.0, 1.0, 0.0)
-        client.camera.position = position
-        client.camera.look_at = look_at
-    client.flush()
-    if not (page.view.scene.spatial or page.landscape.shown):
-        viser_internals.set_camera_lock(client, locked=True)
-
-
 def _joined(page: Page, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
-        _place_camera(page, client, *_camera(page))
+        page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
+
+
+def _resized(page: Page, _value: Any, client_id: int) -> None:
+    page.framing.resize(client_id, time.monotonic())
 
 
 def _dark(page: Page, value: Asked) -> None:
@@ -154,6 +122,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "loop": _loop,
     "view": _view,
     "joined": _joined,
+    "resized": _resized,
     "dark": _dark,
     "forces": _forces,
     "overlay": _overlay,

@@ -4,6 +4,7 @@ The first parameter runs to the right, the second one into the depth, the angle 
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,18 @@ SIDE, HEIGHT = 0.124, 0.115
 """Edges of the box's floor and its height, m."""
 _LEAST_SPAN = 1.0  # deg; a flat sheet is no mountain of rounding errors
 _MESH_LINES = 9  # lines along each parameter that a sheet shows
+
+
+_LABEL_ROOM = 0.022
+"""Around the box, m."""
+
+
+def corners() -> FloatArray:
+    """Return the corners of the box with its labels, shape (8, 3), m."""
+    half = 0.5 * np.array([SIDE, HEIGHT, SIDE]) + _LABEL_ROOM
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    placed: FloatArray = np.array(CENTRE) + signs * half
+    return placed
 
 
 def nice_step(span: float, count: int) -> float:

@@ -15,7 +15,8 @@ _FADE_SECONDS = 0.6
 _GLIDE_SECONDS = 1.2
 
 
-def _smooth(part: float) -> float:
+def smooth(part: float) -> float:
+    """Return how far something is that starts and ends gently, after a share of its time."""
     return part * part * (3.0 - 2.0 * part)
 
 
@@ -70,7 +71,7 @@ class Animation:
         start, part = self._morph.start, min((now - self._morph.began) / _MORPH_SECONDS, 1.0)
         if part >= 1.0:
             self._morph = None
-        return start + _smooth(part) * (target - start), part >= 1.0
+        return start + smooth(part) * (target - start), part >= 1.0
 
     def start_fade(self, now: float) -> None:
         """Let the worst cases fade in."""
@@ -100,4 +101,4 @@ class Animation:
         way, part = self._glide, min((now - self._glide.began) / _GLIDE_SECONDS, 1.0)
         if part >= 1.0:
             self._glide = None
-        return way.start + (way.end - way.start) * _smooth(part)
+        return way.start + (way.end - way.start) * smooth(part)

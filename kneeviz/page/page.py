@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from kneecore import KneeFile
 from kneecore.knee.parameters import widened
+from kneeviz.jobs.job import Job
 from kneeviz.jobs.live_search import LiveSearch
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
 from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
+from kneeviz.page.framing import Framing, Subject
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
 from kneeviz.state.knee import KneeState
@@ -65,8 +67,11 @@ class Page:
         self.study = StudyState()
         self.methods = MethodsState()
         self.landscape = LandscapeState(post)
+        self.export_job: Job | None = None
+        """What draws a file to take away."""
         self.motion = Motion()
         self.animation = Animation()
+        self.framing = Framing(clients, self.view.left, post)
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
@@ -92,7 +97,7 @@ class Page:
 
     def stop(self) -> None:
         """Cancel what runs; the threads that wait for requests end."""
-        for job in (self.search.job, self.study.job, self.methods.job):
+        for job in (self.search.job, self.study.job, self.methods.job, self.export_job):
             if job is not None:
                 job.cancel()
         self.landscape.stop()
@@ -102,7 +107,9 @@ class Page:
     @property
     def moving(self) -> bool:
         """Whether the picture changes by itself."""
-        return self.model_ready and (self.playback.playing or self.animation.running)
+        return self.model_ready and (
+            self.playback.playing or self.animation.running or self.framing.running
+        )
 
     @property
     def is_stale(self) -> bool:
@@ -114,6 +121,11 @@ class Page:
         """The visitor's knee and, if they are shown, both worst cases."""
         one, two = self.state.worst if self.overlay else (None, None)
         return self.state.current, one, two
+
+    @property
+    def subject(self) -> Subject:
+        """What the cameras are to show."""
+        return Subject(self.knees, self.view.scene.spatial, self.landscape.shown)
 
     @property
     def poses(self) -> Poses:
@@ -133,6 +145,8 @@ class Page:
         if glided is not None:
             self.playback.set_share(glided)
         self.playback.advance(now)
+        self.framing.follow(self.subject, now)
+        self.framing.advance(now)
 
     def show_knee(self, x: FloatArray, *, final: bool) -> None:
         """Solve the knee `x` for display; the last one is also the one that is kept."""

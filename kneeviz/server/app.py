@@ -11,6 +11,7 @@ import kneecore
 from kneecore import KneeFile, SearchResult
 from kneeviz import viser_broadcast, viser_internals
 from kneeviz.actions.result import take_result
+from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.server import front
@@ -124,9 +125,9 @@ class App:
 
     def _place_first_camera(self) -> None:
         first = self.server.initial_camera
-        first.fov = float(camera.FIELD_OF_VIEW)
-        first.position = camera.knee_position(False)
-        first.look_at = camera.CENTRE
+        first.fov = float(framing.FIELD_OF_VIEW)
+        first.position = camera.position(camera.FIRST, camera.FRONT)
+        first.look_at = camera.FIRST.centre
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 

@@ -82,7 +82,7 @@ class LandscapeState:
         self.drawn: tuple[Any, ...] = ()
         """What the picture on screen was made of."""
         self.cameras: dict[int, tuple[Any, Any]] = {}
-        """Position and target of each client's camera before the landscape took it."""
+        """Position and target of the cameras that visitors had moved before the landscape came."""
 
     def stop(self) -> None:
         """End the thread."""

@@ -138,3 +138,16 @@ def mix(a: RGB, b: RGB, share: float) -> RGB:
 def handle_colour(colour: RGB) -> NDArray[np.uint8]:
     """Return a colour in the form that line handles take after their creation."""
     return np.array(colour, dtype=np.uint8)
+
+
+ON_A_PHONE = """<style>
+.mantine-Paper-root[style*="max-height: 60%"] { max-height: 50% !important; width: 100% !important }
+.mantine-Paper-root[style*="max-height: 60%"] [style*="width: 20em"] { width: 100% !important }
+body:has(.mantine-Paper-root[style*="max-height: 60%"])
+  div[style*="flex-grow: 1"]:has(> div > div > div > canvas),
+body:has(.mantine-Paper-root[style*="max-height: 60%"])
+  div[style*="flex-grow: 1"]:has(> div > div > div > div > canvas) {
+  height: 50% !important; flex: 0 0 100% !important;
+}
+</style>"""
+"""The picture keeps the upper half; viser lays the panels over three fifths of it."""

@@ -53,7 +53,7 @@ class View:
 
     def _add_left(self, gui: Any, post: Post) -> None:
         colours = theme.palette(self.dark)
-        panel = gui.add_panel()
+        self.left = panel = gui.add_panel()
         with panel.add_tab("Curve"):
             self.curve_legend = gui.add_html("")
             self.curve = CurveChart(gui, colours, height=400)
@@ -82,6 +82,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
+        gui.add_html(theme.ON_A_PHONE)
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Knee"):

@@ -25,6 +25,8 @@ _TASKS = {
     "sweep of training": "sweep training --sizes 40 60 80 --seeds 4",
     "paper": "paper --quick",
 }
+_TIMED = ("time_", "orders_of_magnitude", "more_training_slower")
+"""What the ids of the paper's claims on times begin with."""
 COMMANDS = {name: f"kneecore.cli.{task}".split() for name, task in _TASKS.items()}
 """Each takes some seconds."""
 KINDS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -38,7 +40,7 @@ def without_times(value):
         return value
     told = str(value.get("id", ""))  # a claim of the paper
     left_out = {"seconds", "digest"}  # the digest is of the times too
-    if told.startswith("time_") or told == "orders_of_magnitude":
+    if told.startswith(_TIMED):
         left_out |= {"ours", "why", "outcome"}
     return {k: without_times(v) for k, v in value.items() if k not in left_out}
 

@@ -97,7 +97,15 @@ def _try_result(path, text, rng):
         return "refused" if "\n" not in str(error) else f"two lines: {error}"
     except Exception as error:
         return f"{type(error).__name__}: {error}"
+    if _denied_by_its_digest(content):
+        return "read though its digest does not match"
     return "read" if _same_again(read, content) else "saved as something else"
+
+
+def _denied_by_its_digest(content):
+    document = json.loads(content)
+    said = document.pop("digest", None)
+    return said is not None and said != digest_of(document)
 
 
 def _try_knee(text, rng):

@@ -1,5 +1,6 @@
 """A model in a TOML file, by the library and from a terminal; each wrong key in one line."""
 
+import gc
 import json
 import subprocess
 import sys
@@ -242,6 +243,24 @@ def test_sampling_and_influence(write, tmp_path, capsys):
     assert (code, err) == (0, "")
     assert "Model: two springs." in out
     assert "k_2" in out
+
+
+@pytest.mark.parametrize(
+    ("main", "options"),
+    [
+        (search.main, [*QUICK]),
+        (uncertainty.main, ["--samples", 5]),
+    ],
+    ids=["search", "uncertainty"],
+)
+def test_a_command_lets_go_of_its_runs(write, tmp_path, capsys, main, options):
+    path = write(SPRINGS + FUNCTION.replace("= {}", "= false"))
+    asked = [*options, "--model", path, "--keep", tmp_path / "runs", "--quiet"]
+    gc.disable()  # which would let go of them some time
+    try:
+        assert [ran(main, asked, capsys)[0] for _ in range(2)] == [0, 0]
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(

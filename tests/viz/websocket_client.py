@@ -65,6 +65,8 @@ class WebSocketClient:
         What follows the port in the address.
     headers : mapping, optional
         Further headers of the request, such as ``Origin`` or ``Cookie``.
+    camera : mapping, optional
+        The first message: its camera and its window.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class WebSocketClient:
         on_message: Callable[[dict[str, Any]], None] | None = None,
         path: str = "",
         headers: Mapping[str, str] | None = None,
+        camera: Mapping[str, Any] = CAMERA,
     ):
         self.port = port
         self._socket = connect(
@@ -98,7 +101,7 @@ class WebSocketClient:
         """When the last frame that was taken in arrived, before its decoding (`perf_counter`)."""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
-        self.send(CAMERA)
+        self.send(dict(camera))
 
     def __enter__(self) -> "WebSocketClient":
         return self

@@ -1,34 +1,25 @@
-"""Where the camera stands: in front of the knee, to its side, or before the landscape."""
+"""From where the camera looks: in front of the knee, from its side, or before the landscape."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kneeviz.geometry import surfaces
+from kneeviz.geometry.framing import FIELD_OF_VIEW, Frame
 
-FIELD_OF_VIEW = np.deg2rad(10.0)
-"""Narrow, so that perspective does not show: there is no orthographic camera."""
-CENTRE = (-0.031, -0.008, 0.0)
-HALF_HEIGHT = 0.157
-DISTANCE = HALF_HEIGHT / np.tan(0.5 * FIELD_OF_VIEW)
+FloatArray = NDArray[np.float64]
 
 
-def knee_position(spatial: bool) -> tuple[float, float, float]:
-    """Return where the camera stands: in front, or for the 3D view to the side and above."""
-    if not spatial:
-        return CENTRE[0], CENTRE[1], float(DISTANCE)
-    turn, rise = np.deg2rad(38.0), np.deg2rad(16.0)
-    return (
-        CENTRE[0] + float(DISTANCE * np.sin(turn) * np.cos(rise)),
-        CENTRE[1] + float(DISTANCE * np.sin(rise)),
-        float(DISTANCE * np.cos(turn) * np.cos(rise)),
-    )
+def _towards(turn_deg: float, rise_deg: float) -> FloatArray:
+    turn, rise = np.deg2rad([turn_deg, rise_deg])
+    return np.array([np.sin(turn) * np.cos(rise), np.sin(rise), np.cos(turn) * np.cos(rise)])
 
 
-def landscape_position() -> tuple[float, float, float]:
-    """Return where the camera stands: in front, to the right and above."""
-    turn, rise = np.deg2rad(36.0), np.deg2rad(27.0)
-    x, y, z = surfaces.CENTRE
-    return (
-        x + float(DISTANCE * np.sin(turn) * np.cos(rise)),
-        y + float(DISTANCE * np.sin(rise)),
-        z + float(DISTANCE * np.cos(turn) * np.cos(rise)),
-    )
+FRONT, ASIDE, BEFORE_LANDSCAPE = _towards(0.0, 0.0), _towards(38.0, 16.0), _towards(36.0, 27.0)
+"""From the middle to the camera: for the flat view, for 3D and for the landscape."""
+FIRST = Frame(centre=np.array([-0.031, -0.008, 0.0]), half_height=0.157)
+"""What a camera shows before its window is known."""
+
+
+def position(frame: Frame, direction: FloatArray) -> FloatArray:
+    """Return where a camera stands to show a frame, shape (3,), m."""
+    placed: FloatArray = frame.centre + direction * frame.half_height / np.tan(0.5 * FIELD_OF_VIEW)
+    return placed

@@ -16,6 +16,17 @@ class FilesTab:
             "result.json": gui.add_button("Result (result.json)", disabled=True),
             "curves.csv": gui.add_button("Curves (curves.csv)", disabled=True),
             "result.zip": gui.add_button("All of it, with figures (.zip)", disabled=True),
+            "knees.html": gui.add_button(
+                "Page that moves (.html)",
+                disabled=True,
+                hint="One file that opens from disk: both knees in motion, curves, what differs.",
+            ),
+            "knees.gif": gui.add_button("Animation (.gif)", disabled=True),
+            "knees.png": gui.add_button(
+                "Picture (.png)",
+                disabled=True,
+                hint="Knees and curves at the moment on screen.",
+            ),
         }
         gui.add_html(box("<b>Your knee</b>: baseline, bounds and current values"))
         self.knee = gui.add_button("Knee (knee.toml)")
