@@ -68,8 +68,12 @@ EVERY = [(k, o) for k in (*VERBS, *SEEDS_ONLY) for o in _counts(k) if o.name not
 WHOLE = [(k, o) for k in (*VERBS, *SEEDS_ONLY) for o in options_of(k) if _is_whole(o)]
 
 
+def _is_row(kind):
+    return tuple in map(get_origin, (kind, *get_args(kind)))
+
+
 def _set(one, value):
-    values = {one.name: (value,) if tuple in map(get_origin, get_args(one.type)) else value}
+    values = {one.name: (value,) if _is_row(one.type) else value}
     return values | ({"repair": True} if one.name == "repair_models" else {})
 
 
