@@ -3,7 +3,9 @@
 For one pattern s of signs the pair falls apart into two halves that know nothing of each other: the
 point with the largest s.y and that with the smallest. So one number is fitted, s.y, by a Gaussian
 process, and each half asks where its mean, or its mean and some standard deviations more, is the
-largest (the upper confidence bound; N. Srinivas et al. 2012, IEEE Trans. Inf. Theory 58:3250).
+largest (the upper confidence bound; N. Srinivas et al. 2012, IEEE Trans. Inf. Theory 58:3250). The
+signs are those of the best pair so far; of several outputs all are fitted too, by a spline, so that
+a pair with other signs is found.
 """
 
 from dataclasses import dataclass

@@ -13,6 +13,7 @@ from kneecore.numerics.kriging import Kriging, likely
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Cancelled, Clock, Progress
 from kneecore.search.checks import MOST, Checks, looked_at
+from kneecore.search.exact_search import climb_surrogate
 from kneecore.search.inside import Half, best_places, highest, is_new
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
 from kneecore.search.result import Repair, RepairRound, gap_percent
@@ -69,6 +70,16 @@ class _Search:
         self.process = self._fitted(self.halves[0].sums)
         self._tops = [self._highest(half, 0.0) for half in self.halves]
         self.promised = max(float(sum(values[0] for _, values in self._tops)), best)
+        self._others = self._of_other_signs()
+        if self._others is not None:
+            self.promised = max(self.promised, self._others.value)
+
+    def _of_other_signs(self) -> Found | None:
+        """Return the pair that a surrogate of all outputs promises, whatever the signs."""
+        if np.count_nonzero(self._weights) == 1:
+            return None
+        good = np.isfinite(self.values).all(axis=1)
+        return climb_surrogate(self._problem, Surrogate.fit(self.points[good], self.values[good]))
 
     def _halves_of(self, one: FloatArray, two: FloatArray) -> list[Half]:
         signs = np.where(one >= two, 1.0, -1.0)
@@ -211,6 +222,10 @@ class _Search:
             new = [u for u, v in zip(ends, values, strict=True) if v > least and is_new(u, known)]
             if new:
                 chosen.append((half, new[0]))
+        if self._others is not None and self._others.value > self.best * (1.0 + _GAIN):
+            for half, u in zip(self.halves, self._others.u, strict=True):
+                if is_new(u, np.vstack([self.points, *(v for _, v in chosen)])):
+                    chosen.append((half, u))
         return chosen
 
     def _trial(self, half: Half, chosen: list[FloatArray]) -> FloatArray:
