@@ -3,12 +3,13 @@
 For one pattern s of signs the pair falls apart into two halves that know nothing of each other: the
 point with the largest s.y and that with the smallest. So one number is fitted, s.y, by a Gaussian
 process, and each half asks where its mean, or its mean and some standard deviations more, is the
-largest (the upper confidence bound; N. Srinivas et al. 2012, IEEE Trans. Inf. Theory 58:3250). The
+largest (the upper confidence bound; N. Srinivas et al. 2012, IEEE Trans. Inf. Theory 58:3250), and
+tries the best run with one input at its other bound, for a process knows little of far corners. The
 signs are those of the best pair so far; of several outputs all are fitted too, by a spline, so that
 a pair with other signs is found.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from kneecore.numerics.box_climb import climb
 from kneecore.numerics.kriging import Kriging
 
-__all__ = ["Half", "best_places", "highest", "is_new"]
+__all__ = ["Half", "best_places", "highest", "is_new", "thrown"]
 
 FloatArray = NDArray[np.float64]
 
@@ -36,14 +37,20 @@ class Half:
     """Weighted signs: the sum of the outputs that is to be large."""
     sign: float
     """Of that sum in what is fitted."""
+    n_inputs: int
     error: float = 0.0
     """How far its latest runs were from what was predicted, a running mean."""
     n_trials: int = 0
+    thrown: set[int] = field(default_factory=set)
+    """Inputs that were tried at their other bound: each of them once."""
 
-    def deviations(self) -> float:
-        """Return how much the next trial hopes for, in standard deviations."""
+    def deviations(self) -> float | None:
+        """Return how many deviations above the mean to look for next; None: throw an input."""
+        turn, throws = divmod(self.n_trials, 2)
         self.n_trials += 1
-        return _DEVIATIONS[(self.n_trials - 1) % len(_DEVIATIONS)]
+        if throws and len(self.thrown) < self.n_inputs:
+            return None
+        return _DEVIATIONS[turn % len(_DEVIATIONS)]
 
 
 def best_places(y: FloatArray, weights: FloatArray) -> tuple[int, int, float]:
@@ -81,12 +88,30 @@ def highest(
         value = half.sign * mean + deviations * sd
         return value, half.sign * slope + deviations * sd_slope, value[:, None]
 
-    looks = np.vstack([best, _looks(best, rng)])
+    looks = np.vstack([best, _flipped(best), _looks(best, rng)])
     values = slopes(looks, looks)[0]
     starts = looks[np.append(0, np.argsort(-values, kind="stable")[:_N_CLIMBS])]
     ends = climb(slopes, starts, np.ones((len(starts), 1)))
     order = np.argsort(-ends.values, kind="stable")
     return ends.u[order], ends.values[order]
+
+
+def thrown(process: Kriging, half: Half, best: FloatArray) -> FloatArray:
+    """Return the best run (d,) with the most hopeful input at its other bound, none twice."""
+    u = _flipped(best)
+    mean, sd = process(u)[:2]
+    hope = half.sign * mean + max(_DEVIATIONS) * sd
+    hope[list(half.thrown)] = -np.inf
+    place = int(np.argmax(hope))
+    half.thrown.add(place)
+    chosen: FloatArray = u[place]
+    return chosen
+
+
+def _flipped(best: FloatArray) -> FloatArray:
+    u = np.repeat(best[None], len(best), axis=0)
+    np.fill_diagonal(u, 1.0 - np.round(best))
+    return u
 
 
 def _looks(best: FloatArray, rng: np.random.Generator) -> FloatArray:

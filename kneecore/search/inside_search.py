@@ -14,7 +14,7 @@ from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Cancelled, Clock, Progress
 from kneecore.search.checks import MOST, Checks, looked_at
 from kneecore.search.exact_search import climb_surrogate
-from kneecore.search.inside import Half, best_places, highest, is_new
+from kneecore.search.inside import Half, best_places, highest, is_new, thrown
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
 from kneecore.search.result import Repair, RepairRound, gap_percent
 from kneecore.search.settings import SearchSettings
@@ -86,8 +86,8 @@ class _Search:
         signs *= signs[0] * self._weights
         key = tuple(signs.tolist())
         if key not in self._halves:
-            error = _FIRST_ERROR * max(self.best, 0.0)
-            self._halves[key] = [Half(s * signs, s, error) for s in (1.0, -1.0)]
+            error, d = _FIRST_ERROR * max(self.best, 0.0), self.points.shape[1]
+            self._halves[key] = [Half(s * signs, s, d, error) for s in (1.0, -1.0)]
             self._lengths_due = 0.0
         return self._halves[key]
 
@@ -101,8 +101,11 @@ class _Search:
         return Kriging(self.points, np.where(good, sums, np.median(sums[good])), self._theta)
 
     def _highest(self, half: Half, deviations: float) -> tuple[FloatArray, FloatArray]:
-        best = self.points[int(np.nanargmax(self.values @ half.sums))]
-        return highest(self.process, half, deviations, best, self._rng)
+        return highest(self.process, half, deviations, self._best_of(half), self._rng)
+
+    def _best_of(self, half: Half) -> FloatArray:
+        best: FloatArray = self.points[int(np.nanargmax(self.values @ half.sums))]
+        return best
 
     @property
     def possible(self) -> float:
@@ -162,9 +165,14 @@ class _Search:
             self.cancelled = True
 
     def _check(self) -> None:
-        signs = self.halves[0].sums
+        left = self._problem.settings.n_repair - self.n_added
         self.checks = looked_at(
-            self._run, self.points, self.values, self.places, signs, rough=self._rough
+            self._run,
+            self.points,
+            self.values,
+            self.places,
+            self.halves[0].sums,
+            rough=self._rough and left >= MOST,
         )
 
     def _run(self, u: FloatArray) -> FloatArray:
@@ -231,7 +239,11 @@ class _Search:
     def _trial(self, half: Half, chosen: list[FloatArray]) -> FloatArray:
         """Return a point that may be better than the surrogate says."""
         known = np.vstack([self.points, *chosen])
-        ends, _ = self._highest(half, half.deviations())
+        deviations = half.deviations()
+        if deviations is None:
+            ends = thrown(self.process, half, self._best_of(half))[None]
+        else:
+            ends, _ = self._highest(half, deviations)
         new = [u for u in ends if is_new(u, known)]
         new.append(self._rng.random(self.points.shape[1]))
         chosen_point: FloatArray = new[0]
