@@ -1,4 +1,4 @@
-"""What leave-one-out errors of many runs cost: `python tests/benchmarks/leave_one_out.py [N] [D]`."""
+"""What leave-one-out errors cost: `python tests/benchmarks/leave_one_out.py [RUNS] [INPUTS]`."""
 
 import resource
 import sys
