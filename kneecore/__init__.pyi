@@ -8,9 +8,7 @@ from .errors import KneecoreError as KneecoreError
 from .errors import ModelError as ModelError
 from .errors import OutputError as OutputError
 from .errors import ParameterError as ParameterError
-from .inputs import Column as Column
 from .inputs import Input as Input
-from .inputs import Output as Output
 from .knee.file import KneeFile as KneeFile
 from .knee.file import dump_knee as dump_knee
 from .knee.file import packaged_knee as packaged_knee
@@ -36,6 +34,8 @@ from .model import Evaluation as Evaluation
 from .model import Model as Model
 from .numerics.genetic_options import GeneticOptions as GeneticOptions
 from .numerics.sensitivity import Indices as Indices
+from .outputs import Column as Column
+from .outputs import Output as Output
 from .paper.redo import redo_paper as redo_paper
 from .paper.result import PaperReport as PaperReport
 from .presented import load as load

@@ -14,11 +14,8 @@ the process when two Python threads meet in one.
 
 Cache
 -----
-Numba notices a change in the file that holds a kernel but not in the kernels that it imports, and
-then serves a stale result. So the cache folder's name carries a hash of all files that may hold
-kernels: change one, and all are compiled anew. ``NUMBA_CACHE_DIR`` is honoured; without it the
-user's cache folder is taken, and without that nothing is cached. A cache that is broken or cannot
-be written is none (`kneecore._kernel_cache`).
+It is in a folder of its own (`kneecore._kernel_folder`). One that is broken or cannot be written is
+none (`kneecore._kernel_cache`).
 
 Without the compiler
 --------------------
@@ -27,55 +24,24 @@ compiled code goes on with infinity, so all their numbers are kept NumPy's, whos
 too.
 """
 
-import errno
-import hashlib
 import math
-import os
 from collections.abc import Callable
-from functools import cache, wraps
-from pathlib import Path
+from functools import wraps
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-import platformdirs
 from numba.core import config
 from numba.core.registry import CPUDispatcher
 
 from kneecore import _kernel_cache
+from kneecore._kernel_folder import cache_folder
 
-__all__ = ["inline", "inner", "kernel"]
+__all__ = ["inline", "inner", "kernel", "written_in"]
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _FASTMATH = {"contract"}
-
-
-def _source_hash() -> str:
-    package = Path(__file__).resolve().parent
-    digest = hashlib.sha256()
-    sources = sorted(
-        [*package.glob("knee/**/*.py"), *package.glob("numerics/*.py")]
-        + [Path(__file__), Path(_kernel_cache.__file__)]
-    )
-    for source in sources:
-        digest.update(source.name.encode() + b"\0" + source.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
-
-
-@cache
-def cache_folder() -> Path | None:
-    """Return the folder of the compiled kernels; None where none can be written."""
-    base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("kneecore", False)
-    folder = Path(base) / f"kneecore-{_source_hash()}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    except OSError as error:
-        _kernel_cache.tell(str(folder), error)
-        return None
-    return folder
 
 
 def kernel(function: _F) -> _F:
@@ -105,7 +71,7 @@ class _CalledByKernels(CPUDispatcher):  # type: ignore[misc]
         return self.py_func(*arguments)
 
 
-def inner(function: _F, *, inlined: bool = False) -> _F:
+def inner(function: _F, *, inlined: bool = False, written: bool = False) -> _F:
     """Compile `function`, which only kernels call."""
     if config.DISABLE_JIT:
         return _interpreted(function)
@@ -114,6 +80,7 @@ def inner(function: _F, *, inlined: bool = False) -> _F:
         error_model="numpy",
         fastmath=_FASTMATH,
         forceinline=inlined,
+        inline="always" if written else "never",
         no_cpython_wrapper=True,
         no_cfunc_wrapper=True,
     )(function)
@@ -124,6 +91,15 @@ def inner(function: _F, *, inlined: bool = False) -> _F:
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small `function` into each of the kernels that call it."""
     return inner(function, inlined=True)
+
+
+def written_in(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile `function` as a part of its only caller.
+
+    Numba puts its text there, so that it is optimised once; alone it would be optimised, turned
+    into machine code, and then optimised again within the caller. It gains for large functions.
+    """
+    return inner(function, written=True)
 
 
 class _NumpyMath:

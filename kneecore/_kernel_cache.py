@@ -14,7 +14,6 @@ hung on a kernel is there no public way (`install`); the tests hold that it is i
 """
 
 import hashlib
-import logging
 import pickle
 from contextlib import suppress
 from glob import escape
@@ -25,19 +24,9 @@ import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.serialize import dumps
 
-__all__ = ["install", "tell"]
+from kneecore._kernel_folder import tell
 
-_log = logging.getLogger("kneecore")
-_told: set[str] = set()
-
-
-def tell(folder: str, reason: object) -> None:
-    """Log, once for each folder, that the cache there is not used."""
-    if folder not in _told:
-        _told.add(folder)
-        reason = getattr(reason, "strerror", None) or reason
-        said = " ".join(str(reason).split()) or type(reason).__name__
-        _log.warning("the kernels' cache in %s cannot be used (%s); compiling anew", folder, said)
+__all__ = ["install"]
 
 
 class _CheckedEntries(CompileResultCacheImpl):  # type: ignore[misc]

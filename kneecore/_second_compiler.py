@@ -3,7 +3,8 @@
 Numba compiles under one lock, so threads cannot share the work out; a process beside this one that
 fills the same cache can. There is one only where nothing is compiled yet and a core is free, and it
 ends with this one. It is a helper and no more: whatever becomes of it, the kernels that it has not
-left in the cache are compiled here, and no result depends on who compiled.
+left in the cache are compiled here, and no result depends on who compiled. To ask it takes no
+numba, so that it may begin while this process still loads that.
 """
 
 import os
@@ -14,15 +15,15 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from numba.core import config
-
-from kneecore import _jit
+from kneecore._kernel_folder import cache_folder
 from kneecore._threads import available_cores
 
 __all__ = ["compile_apart", "wait_for"]
 
 _PROGRAM = """
-import importlib, os, queue, sys, threading
+import gc, importlib, os, queue, sys, threading
+
+gc.disable()  # a tenth of the time, and nothing is left over
 
 def listen():
     for line in sys.stdin:
@@ -87,8 +88,8 @@ class _SecondProcess:
 @cache
 def _second_process() -> _SecondProcess | None:
     """Return it if nothing was compiled when it was first asked for, and it can help."""
-    folder = _jit.cache_folder()
-    if folder is None or config.DISABLE_JIT or available_cores() < 2:
+    folder, interpreted = cache_folder(), os.environ.get("NUMBA_DISABLE_JIT", "0") != "0"
+    if folder is None or interpreted or available_cores() < 2:
         return None
     # A program that embeds Python may name itself as the executable.
     if not Path(sys.executable or "").stem.startswith("python"):

@@ -1,13 +1,17 @@
-"""The box of a model's inputs: bounds, and the unit cube of those that vary."""
+"""The box of a model's inputs: bounds, the unit cube of those that vary, and samples of it."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import number
 from kneecore._arrays import numbers
+from kneecore.copula import correlation_of, dependent
 from kneecore.errors import ParameterError
+from kneecore.grid import Grid
 from kneecore.inputs import Input, all_of
 
 __all__ = ["Box"]
@@ -21,6 +25,8 @@ class Box:
     Parameters
     ----------
     inputs : sequence of Input
+    correlation : array_like, shape (d, d), or sequence of (name, name, number), optional
+        Of the inputs' normal scores.
 
     Raises
     ------
@@ -28,18 +34,28 @@ class Box:
         If they are no such list, share a name, or have no width at all.
     """
 
-    def __init__(self, inputs: Sequence[Input]) -> None:
+    def __init__(self, inputs: Sequence[Input], correlation: Any = None) -> None:
         self.inputs: tuple[Input, ...] = all_of(Input, "inputs", inputs)
+        self.correlation = correlation_of(self.names, correlation)
         self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
         self._lay_bounds()
 
     def _lay_bounds(self) -> None:
-        self.lower = _held([i.lower for i in self.inputs])
-        self.upper = _held([i.upper for i in self.inputs])
+        boxes = [i.box for i in self.inputs]
+        self.lower = _held([lower for lower, _ in boxes])
+        self.upper = _held([upper for _, upper in boxes])
         self.free = self.upper > self.lower
         self.free.setflags(write=False)
         if not self.free.any():
             raise ParameterError("all bounds have zero width; at least one above 0 is needed")
+        varying = np.flatnonzero(self.free).tolist()
+        grids = {k: self.inputs[k].grid for k in varying}
+        self._grids = {k: grid for k, grid in grids.items() if grid is not None}
+        self._drawn = {
+            (j, k): self.inputs[k].drawn
+            for j, k in enumerate(varying)
+            if (self.inputs[k].distribution, self.inputs[k].quantile) != ("uniform", None)
+        }
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -55,6 +71,27 @@ class Box:
     def n_free(self) -> int:
         """Number of inputs that vary."""
         return int(np.count_nonzero(self.free))
+
+    @property
+    def grids(self) -> Mapping[int, Grid]:
+        """The allowed values of free inputs that have few, by place among the free ones."""
+        places = np.cumsum(self.free) - 1
+        return {int(places[k]): grid for k, grid in self._grids.items()}
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether samples are independent and uniform between the bounds."""
+        return not self._drawn and self.correlation is None
+
+    @property
+    def drawn_as(self) -> str:
+        """How samples are drawn, in words; empty where uniformly and independently."""
+        if self.is_uniform:
+            return ""
+        free = (one for one, free in zip(self.inputs, self.free, strict=True) if free)
+        kinds = Counter(one.drawn.words for one in free)
+        told = [kind if len(kinds) == 1 else f"{n} {kind}" for kind, n in kinds.items()]
+        return ", ".join([*told, *(["correlated"] if self.correlation is not None else [])])
 
     @property
     def measurements(self) -> Mapping[str, str]:
@@ -75,13 +112,42 @@ class Box:
             raise ParameterError(f"`u` has shape {unit.shape}; (..., {self.n_free}) is allowed")
         full = np.full((*unit.shape[:-1], len(self.inputs)), 0.5)
         full[..., self.free] = unit
-        return np.clip(self.lower + full * (self.upper - self.lower), self.lower, self.upper)
+        x = np.clip(self.lower + full * (self.upper - self.lower), self.lower, self.upper)
+        for k, grid in self._grids.items():
+            x[..., k] = grid.at(full[..., k])
+        return x
+
+    def snapped(self, u: FloatArray) -> FloatArray:
+        """Return points of the free inputs' unit cube where allowed values have their own places.
+
+        `from_free_unit` maps both to the same inputs.
+        """
+        if not self._grids:
+            return u
+        own = u.copy()
+        for j, grid in self.grids.items():
+            own[..., j] = grid.snapped(u[..., j])
+        return own
+
+    def drawn(self, u: ArrayLike) -> FloatArray:
+        """Map independent uniform numbers, shape (..., n_free), to samples of inputs, (..., d)."""
+        if self.is_uniform:
+            return self.from_free_unit(u)
+        chances = numbers("u", u)
+        if self.correlation is not None:
+            chances = dependent(chances, self.correlation[np.ix_(self.free, self.free)])
+        x = self.from_free_unit(chances)
+        for (j, k), distribution in self._drawn.items():
+            x[..., k] = distribution.quantile(chances[..., j])
+        return x
 
     def to_free_unit(self, x: ArrayLike) -> FloatArray:
         """Map inputs, shape (..., d), to the free inputs' unit cube, (..., n_free)."""
         values = self._points("x", x)
         width = (self.upper - self.lower)[self.free]
         unit: FloatArray = (values - self.lower)[..., self.free] / width
+        for j, grid in self.grids.items():
+            unit[..., j] = grid.place(values[..., self.free][..., j])
         return unit
 
     def at_bounds(self, x: ArrayLike, *, tolerance: float = 1e-3) -> NDArray[np.int8]:
@@ -111,6 +177,42 @@ class Box:
         if np.ma.isMaskedArray(x) or values.ndim == 0 or values.shape[-1] != len(self.inputs):
             raise ParameterError(f"`{argument}` has shape {values.shape}; {allowed}")
         return values
+
+    def steps(self, usual: float) -> FloatArray:
+        """Return steps in the free inputs' unit cube for differences, (n_free,): `usual` ones.
+
+        Of an input with few values the step goes to the next.
+        """
+        steps = np.full(self.n_free, usual)
+        for j, grid in self.grids.items():
+            steps[j] = min(1.0 / (len(grid.values) - 1), 0.5)
+        return steps
+
+    def values_along(self, place: int, n: int) -> FloatArray:
+        """Return values of an input from bound to bound, at most n; evenly spaced, or allowed."""
+        grid = self._grids.get(place)
+        if grid is None:
+            return np.linspace(self.lower[place], self.upper[place], n)
+        return np.unique(grid.at(np.linspace(0.0, 1.0, n)))
+
+    def check_allowed(self, x: FloatArray) -> None:
+        """Raise a `ParameterError` if an input with few values has another, points (..., d)."""
+        for k, grid in self._grids.items():
+            wrong = ~np.isin(x[..., k], grid.values)
+            if wrong.any():
+                what = "whole numbers between its bounds" if self.inputs[k].integer else "choices"
+                raise ParameterError(
+                    f"`x` has {np.atleast_1d(x[..., k])[np.atleast_1d(wrong)][0]:g} for "
+                    f"`{self.names[k]}`; its {what} are allowed"
+                )
+
+    def _identities(self) -> list[bytes]:
+        """Return what tells it from boxes whose samples or bounds are others."""
+        bounds = [a.tobytes() for a in (self.lower, self.nominal, self.upper)]
+        grids = [grid.values.tobytes() for grid in self._grids.values()]
+        drawn = [repr(one).encode() for one in self._drawn.values()]
+        correlated = [] if self.correlation is None else [self.correlation.tobytes()]
+        return [*bounds, *grids, *drawn, *correlated]
 
     def _factors(self, factors: ArrayLike) -> FloatArray:
         """Return a factor for each input, checked."""

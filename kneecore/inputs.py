@@ -1,13 +1,13 @@
-"""What goes into a model and what comes out of it: names, bounds, units, axes.
+"""What goes into a model: names, bounds, units, and how likely the values are.
 
 Examples
 --------
->>> from kneecore import Input, Output
+>>> from kneecore import Input
 >>> stiffness = Input("k", nominal=100.0, tolerance_percent=10, unit="N/mm")
 >>> stiffness.lower, stiffness.upper
 (90.0, 110.0)
->>> Output("gain", unit="dB", axis=[1, 10, 100], axis_unit="Hz").n_columns
-3
+>>> Input("teeth", lower=17, upper=21, integer=True).allowed
+(17.0, 18.0, 19.0, 20.0, 21.0)
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,31 +16,49 @@ from typing import Any, Self
 
 import numpy as np
 
-from kneecore._arguments import number, one_line, shown
+from kneecore._arguments import choice, flag, number, one_line, shown
+from kneecore.distributions import (
+    KINDS,
+    USUAL_DEVIATIONS,
+    WITH_DEVIATIONS,
+    Distribution,
+    Kind,
+)
 from kneecore.errors import ParameterError
+from kneecore.grid import Grid, choices_of, whole_within
 
-__all__ = ["Column", "Input", "Output", "all_of", "scales_of"]
+__all__ = ["LONGEST", "Input", "all_of", "named"]
 
-_LONGEST = 200  # characters of a name or a unit
+LONGEST = 200
+"""Characters of a name or a unit."""
+_NUMBERS = (
+    "nominal", "tolerance_percent", "half_range", "lower", "upper", "deviations", "mode", "least",
+    "most", "quantile",
+)  # fmt: skip
 
 
-def _named(kind: str, value: Any) -> str:
+def named(kind: str, value: Any) -> str:
+    """Return the name of an input or an output, checked."""
     if not isinstance(value, str) or not value.strip():
         raise ParameterError(f"`name` of an {kind} is {shown(value)}; a text is needed")
-    return one_line(f"name of an {kind}", value, _LONGEST)
+    return one_line(f"name of an {kind}", value, LONGEST)
 
 
 @dataclass(frozen=True)
 class Input:
     """One uncertain input: what it is called, and how far it may be from its nominal value.
 
-    The uncertainty is given in one of three ways: `tolerance_percent`, `half_range`, or `lower` and
-    `upper`. An input without width is held.
+    The uncertainty is given in one of four ways: `tolerance_percent`, `half_range`, `lower` and
+    `upper`, or `choices`. An input without width is held.
+
+    A search for the worst case looks between the bounds, whatever the distribution, unless there is
+    a `quantile`. Sampling and influence draw from the distribution.
 
     Raises
     ------
     ParameterError
-        If a value is not one finite number, or the uncertainty is given in no way or in two.
+        If a value is not one finite number, the uncertainty is given in no way or in two, or an
+        option of one distribution is given with another.
     """
 
     name: str
@@ -54,6 +72,27 @@ class Input:
     """Least value, in `unit`."""
     upper: float = field(default=None, kw_only=True)  # type: ignore[assignment]
     """Largest value, in `unit`."""
+    integer: bool = field(default=False, kw_only=True)
+    """Whether only the whole numbers between the bounds are allowed."""
+    choices: tuple[float, ...] | None = field(default=None, kw_only=True)
+    """The only values that are allowed, in the place of bounds: numbers, kept in ascending order.
+    Between whole numbers or choices, each is as likely as another."""
+    distribution: Kind = field(default="uniform", kw_only=True)
+    """How samples are drawn: uniform, normal, truncated-normal (cut off at the bounds), log-normal,
+    or triangular with its peak at `mode`."""
+    deviations: float | None = field(default=None, kw_only=True)
+    """How many standard deviations the bounds are from the mean of a normal or truncated normal
+    distribution, which is in their middle; of a log-normal one, the same of the logarithms. 3 if
+    not given: the bounds hold 99.7 % of the values."""
+    mode: float | None = field(default=None, kw_only=True)
+    """Most likely value of a triangular distribution; the nominal one if not given."""
+    least: float | None = field(default=None, kw_only=True)
+    """Value below which nothing is possible: bounds and distribution end there."""
+    most: float | None = field(default=None, kw_only=True)
+    """Value above which nothing is possible, likewise."""
+    quantile: float | None = field(default=None, kw_only=True)
+    """Share of the distribution, in its middle, that a search looks at in the place of what is
+    between the bounds: 0.95 leaves out 2.5 % on each side."""
     unit: str = field(default="", kw_only=True)
     """Unit of the values that the model gets."""
     shown_unit: str | None = field(default=None, kw_only=True)
@@ -65,21 +104,28 @@ class Input:
     given. `accuracy_allocation` tells how good each measurement must be."""
 
     def __post_init__(self) -> None:
-        _named("Input", self.name)
-        for name in ("nominal", "tolerance_percent", "half_range", "lower", "upper"):
+        named("Input", self.name)
+        for name in _NUMBERS:
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, number(f"{name} of {self.name}", value))
+                self._set(name, number(f"{name} of {self.name}", value))
         for name in ("unit", *(("shown_unit",) if self.shown_unit is not None else ())):
-            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
+            one_line(f"{name} of {self.name}", getattr(self, name), LONGEST)
         if self.measurement is not None:
             name = f"measurement of {self.name}"
-            if not one_line(name, self.measurement, _LONGEST):
+            if not one_line(name, self.measurement, LONGEST):
                 raise ParameterError(f"`{name}` is {shown(self.measurement)}; a text is needed")
         if number(f"shown_scale of {self.name}", self.shown_scale) <= 0.0:
             raise ParameterError(
                 f"`shown_scale of {self.name}` is {self.shown_scale:g}; above 0 is allowed"
             )
+        self._set("integer", flag(f"integer of {self.name}", self.integer))
+        if self.choices is not None:
+            self._set("choices", choices_of(self.name, self.choices))
+            if self.integer:
+                raise ParameterError(
+                    f"`integer of {self.name}` is True; it has `choices`, which say all"
+                )
         lower, upper = self._bounds()
         if not (np.isfinite(lower) and np.isfinite(upper) and np.isfinite(upper - lower)):
             raise ParameterError(f"the bounds of `{self.name}` are too wide for numbers")
@@ -87,21 +133,28 @@ class Input:
             raise ParameterError(
                 f"`lower of {self.name}` is {lower:g}, above its `upper`, {upper:g}"
             )
-        object.__setattr__(self, "lower", lower)
-        object.__setattr__(self, "upper", upper)
-        if self.nominal is None:
-            object.__setattr__(self, "nominal", lower + 0.5 * (upper - lower))
+        if self.integer:
+            lower, upper = whole_within(self.name, lower, upper)
+        self._set("lower", lower)
+        self._set("upper", upper)
+        self._set("nominal", self._checked_nominal())
+        self._check_distribution()
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
 
     def _bounds(self) -> tuple[float, float]:
         """Return (lower, upper) from the one way in which they are given."""
-        ways = (self.tolerance_percent, self.half_range, self.lower)
+        ways = (self.tolerance_percent, self.half_range, self.lower, self.choices)
         if sum(way is not None for way in ways) != 1 or (self.lower is None) != (
             self.upper is None
         ):
             raise ParameterError(
                 f"the bounds of `{self.name}` are given in no way, or in several; one is needed: "
-                "`tolerance_percent`, `half_range`, or `lower` and `upper`"
+                "`tolerance_percent`, `half_range`, `lower` and `upper`, or `choices`"
             )
+        if self.choices is not None:
+            return self.choices[0], self.choices[-1]
         if self.lower is not None:
             return self.lower, self.upper
         if self.nominal is None:
@@ -118,16 +171,157 @@ class Input:
             half = 0.01 * self.tolerance_percent * abs(self.nominal)
         return self.nominal - half, self.nominal + half
 
-    def widened(self, factor: float) -> Self:
-        """Return the input with bounds `factor` times as far from its nominal value."""
-        assert self.nominal is not None
-        return replace(
-            self,
-            tolerance_percent=None,
-            half_range=None,
-            lower=self.nominal - factor * (self.nominal - self.lower),
-            upper=self.nominal + factor * (self.upper - self.nominal),
+    def _checked_nominal(self) -> float:
+        """Return the nominal value, of an input with few values one of these."""
+        middle = self.lower + 0.5 * (self.upper - self.lower)
+        if not self.is_discrete:
+            return middle if self.nominal is None else self.nominal
+        allowed = np.array(self.allowed)
+        if self.nominal is None:
+            return float(allowed[np.argmin(np.abs(allowed - middle))])
+        if self.nominal not in allowed:
+            which = "a whole number between its bounds" if self.integer else "one of its choices"
+            raise ParameterError(
+                f"`nominal of {self.name}` is {self.nominal:g}; {which} is allowed"
+            )
+        return self.nominal
+
+    def _check_distribution(self) -> None:
+        """Check what belongs to the distribution, and fill in what is usual."""
+        name = self.name
+        self._set("distribution", choice(f"distribution of {name}", self.distribution, KINDS))
+        kind = self.distribution
+        self._refuse_of_discrete()
+        if kind in WITH_DEVIATIONS:
+            k = USUAL_DEVIATIONS if self.deviations is None else self.deviations
+            self._set("deviations", k)
+        self._refuse_unless("deviations", kind in WITH_DEVIATIONS, self.deviations)
+        self._refuse_unless("mode", kind == "triangular", self.mode)
+        if self.deviations is not None and self.deviations <= 0.0:
+            raise ParameterError(
+                f"`deviations of {name}` is {self.deviations:g}; above 0 is allowed"
+            )
+        if kind == "log-normal" and self.lower <= 0.0:
+            raise ParameterError(
+                f"`distribution of {name}` is 'log-normal' and its lower bound {self.lower:g}; "
+                "above 0 is needed"
+            )
+        if self.quantile is not None and not 0.0 < self.quantile < 1.0:
+            raise ParameterError(
+                f"`quantile of {name}` is {self.quantile:g}; above 0 and below 1 is allowed"
+            )
+        self._check_order()
+
+    def _refuse_of_discrete(self) -> None:
+        for option in ("distribution", "quantile", "least", "most") if self.is_discrete else ():
+            value = getattr(self, option)
+            if value not in (None, "uniform"):
+                raise ParameterError(
+                    f"`{option} of {self.name}` is {value!r}; whole numbers and choices have none: "
+                    "each is as likely as another"
+                )
+
+    def _refuse_unless(self, option: str, fits: bool, value: Any) -> None:
+        if value is not None and not fits:
+            raise ParameterError(
+                f"`{option} of {self.name}` is {value:g}; a {self.distribution} distribution has "
+                "none"
+            )
+
+    def _check_order(self) -> None:
+        """Check that something is possible between the bounds, the peak of a triangle included."""
+        lower, upper = self._possible
+        if lower > upper or (lower == upper and self.lower < self.upper):
+            raise ParameterError(
+                f"`least` and `most` of {self.name} leave nothing between its bounds, "
+                f"{self.lower:g} and {self.upper:g}"
+            )
+        if self.distribution != "triangular":
+            return
+        self._set("mode", self.nominal if self.mode is None else self.mode)
+        if not lower <= self.mode <= upper:  # type: ignore[operator]  # it is set above
+            raise ParameterError(
+                f"`mode of {self.name}` is {self.mode:g}; a value from {lower:g} to {upper:g} is "
+                "allowed"
+            )
+
+    @property
+    def is_discrete(self) -> bool:
+        """Whether only whole numbers or some choices are allowed."""
+        return self.integer or self.choices is not None
+
+    @property
+    def allowed(self) -> tuple[float, ...] | None:
+        """The values that are allowed, ascending; None where all between the bounds are."""
+        if self.integer:
+            return tuple(np.arange(self.lower, self.upper + 1.0).tolist())
+        return self.choices
+
+    @property
+    def grid(self) -> Grid | None:
+        """The allowed values where there are few, and more than one."""
+        values = self.allowed
+        return None if values is None or len(values) < 2 else Grid(np.array(values))
+
+    @property
+    def whole(self) -> bool:
+        """Whether all its values are whole numbers, and are written so."""
+        return self.integer or (
+            self.choices is not None and all(v == np.floor(v) for v in self.choices)
         )
+
+    @property
+    def drawn(self) -> Distribution:
+        """The distribution of its samples."""
+        assert self.nominal is not None
+        return Distribution(
+            kind=self.distribution,
+            lower=self.lower,
+            upper=self.upper,
+            mode=self.nominal if self.mode is None else self.mode,
+            deviations=USUAL_DEVIATIONS if self.deviations is None else self.deviations,
+            least=-np.inf if self.least is None else self.least,
+            most=np.inf if self.most is None else self.most,
+        )
+
+    @property
+    def box(self) -> tuple[float, float]:
+        """Between which values a search looks: the bounds, or the ends of the quantile."""
+        if self.quantile is None or self.lower == self.upper:
+            return self._possible
+        return self.drawn.interval(self.quantile)
+
+    @property
+    def _possible(self) -> tuple[float, float]:
+        """The bounds, as far as they are possible."""
+        return (
+            self.lower if self.least is None else max(self.lower, self.least),
+            self.upper if self.most is None else min(self.upper, self.most),
+        )
+
+    def with_quantile(self, quantile: float | None) -> Self:
+        """Return the input with another `quantile`; whole numbers and choices stay as they are."""
+        if self.is_discrete:
+            return self
+        as_stated = self.tolerance_percent is None and self.half_range is None
+        ways = {} if as_stated else {"lower": None, "upper": None}
+        return replace(self, quantile=quantile, **ways)  # type: ignore[arg-type]
+
+    def widened(self, factor: float) -> Self:
+        """Return the input with bounds `factor` times as far from its nominal value.
+
+        Of whole numbers and choices those stay, or of whole numbers come, that are within.
+        """
+        assert self.nominal is not None
+        nominal, mode = self.nominal, self.mode
+        ends = tuple(nominal + factor * (bound - nominal) for bound in (self.lower, self.upper))
+        ways: dict[str, Any] = {"lower": ends[0], "upper": ends[1]}
+        if self.choices is not None:
+            within = tuple(v for v in self.choices if ends[0] <= v <= ends[1])
+            ways = {"lower": None, "upper": None, "choices": within}
+        if mode is not None:
+            ways["mode"] = nominal + factor * (mode - nominal)
+        return replace(self, tolerance_percent=None, half_range=None, **ways)
 
     @property
     def label(self) -> str:
@@ -137,103 +331,6 @@ class Input:
     def shown(self, value: float) -> float:
         """Return a value in the unit for tables and axes."""
         return value / self.shown_scale
-
-
-@dataclass(frozen=True)
-class Output:
-    """One output: a number, or a curve over an axis.
-
-    Raises
-    ------
-    ParameterError
-        If the axis is not a row of finite numbers, or `scale` is not above 0.
-    """
-
-    name: str
-    unit: str = field(default="", kw_only=True)
-    axis: tuple[float, ...] | None = field(default=None, kw_only=True)
-    """Where the curve is known, one value a number that the model returns; None for one number."""
-    axis_name: str = field(default="", kw_only=True)
-    axis_unit: str = field(default="", kw_only=True)
-    scale: float | None = field(default=None, kw_only=True)
-    """Difference, in `unit`, that counts as 1; needed where outputs have different units."""
-
-    def __post_init__(self) -> None:
-        _named("Output", self.name)
-        for name in ("unit", "axis_name", "axis_unit"):
-            one_line(f"{name} of {self.name}", getattr(self, name), _LONGEST)
-        if self.axis is not None:
-            object.__setattr__(self, "axis", self._checked_axis())
-        if self.scale is not None:
-            scale = number(f"scale of {self.name}", self.scale)
-            if scale <= 0.0:
-                raise ParameterError(f"`scale of {self.name}` is {scale:g}; above 0 is allowed")
-            object.__setattr__(self, "scale", scale)
-
-    def _checked_axis(self) -> tuple[float, ...]:
-        try:
-            axis = np.asarray(self.axis)
-            usable = axis.dtype.kind in "iuf" and axis.ndim == 1 and axis.size > 0
-        except ValueError:
-            usable = False
-        if not (usable and np.isfinite(axis).all()):
-            raise ParameterError(
-                f"`axis of {self.name}` is {shown(self.axis)}; a row of finite numbers is allowed"
-            )
-        return tuple(float(v) for v in axis)
-
-    @property
-    def n_columns(self) -> int:
-        """How many of the model's numbers belong to this output."""
-        return 1 if self.axis is None else len(self.axis)
-
-
-@dataclass(frozen=True)
-class Column:
-    """One number among a model's outputs."""
-
-    output: Output
-    at: float | None
-    """Place on the output's axis."""
-    alone: bool
-    """Whether there is no other output, so that the place says enough."""
-
-    @property
-    def label(self) -> str:
-        """The column in words, such as `+5 N m` or `gain at 10 Hz`."""
-        if self.at is None:
-            return self.output.name
-        signed = self.output.axis is not None and min(self.output.axis) < 0.0 < max(
-            self.output.axis
-        )
-        place = f"{self.at:{'+' if signed else ''}g} {self.output.axis_unit}".rstrip()
-        return place if self.alone else f"{self.output.name} at {place}"
-
-    @property
-    def title(self) -> str:
-        """The column with its output's name, such as `flexion at +5 N m`."""
-        alone_on_axis = self.alone and self.at is not None
-        return f"{self.output.name} at {self.label}" if alone_on_axis else self.label
-
-
-def scales_of(outputs: Sequence[Output]) -> list[float]:
-    """Return the difference that counts as 1 for each number of a model's outputs.
-
-    Raises
-    ------
-    ParameterError
-        If outputs of different units have none.
-    """
-    units = {output.unit for output in outputs}
-    unscaled = [output.name for output in outputs if output.scale is None]
-    if len(units) > 1 and unscaled:
-        raise ParameterError(
-            f"`outputs` have different units ({', '.join(sorted(u or 'none' for u in units))}) "
-            f"and {unscaled[0]!r} has no `scale`; give each the difference that counts as 1, "
-            "such as Output('gain', unit='dB', scale=3)"
-        )
-    columns = [output.scale for output in outputs for _ in range(output.n_columns)]
-    return [1.0 if scale is None else scale for scale in columns]
 
 
 def all_of(kind: type[Any], argument: str, given: Any) -> tuple[Any, ...]:

@@ -29,10 +29,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore import runs
 from kneecore._arguments import flag, number, one_line, shown, text
-from kneecore._arrays import numbers
 from kneecore._threads import thread_count
 from kneecore.errors import ParameterError
-from kneecore.inputs import Column, Input, Output, all_of, scales_of
+from kneecore.inputs import Input, all_of
+from kneecore.outputs import Column, Output, scales_of, weights_of
 from kneecore.returned import jacobian_of, shapes_of
 from kneecore.runner import Run, Runner
 from kneecore.runs.evaluation import Evaluation
@@ -66,6 +66,9 @@ class Model(Runner):
         the exact search climbs in the model itself.
     draw : callable, optional
         A picture of one point (d,): a sequence of `Shape`.
+    correlation : array_like, shape (d, d), or sequence of (name, name, number), optional
+        How the inputs' samples depend on each other: the correlations of their normal scores (a
+        Gaussian copula), which are those of normal inputs themselves. Searches do not look at it.
     name : str
         What the model is called in reports.
     threads : int, optional
@@ -120,6 +123,7 @@ class Model(Runner):
         batched: bool = False,
         gradient: Callable[[FloatArray], ArrayLike] | None = None,
         draw: Callable[[FloatArray], Sequence[Shape]] | None = None,
+        correlation: Any = None,
         name: str = "model",
         threads: int | None = None,
         workers: Any = None,
@@ -137,6 +141,7 @@ class Model(Runner):
             inputs,
             all_of(Output, "outputs", outputs),
             batched=flag("batched", batched),
+            correlation=correlation,
             options=RunOptions(
                 workers=workers,
                 keep=keep,  # type: ignore[arg-type]  # a path becomes text there
@@ -203,6 +208,7 @@ class Model(Runner):
             template,
             read,
             names=[i.name for i in inputs],
+            whole=[i.name for i in inputs if i.whole],
             needed=[i.name for i in inputs if i.upper > i.lower],
             files=files,
             folder=folder,
@@ -237,7 +243,7 @@ class Model(Runner):
     def identity(self) -> bytes:
         """What tells its runs from those of models with other bounds or another name."""
         name = f"{type(self).__name__} {self.name}".encode()
-        return b"\0".join([name, *(a.tobytes() for a in (self.lower, self.nominal, self.upper))])
+        return b"\0".join([name, *self._identities()])
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -296,20 +302,7 @@ class Model(Runner):
             raise ParameterError(
                 f"`objective` is {shown(objective)}; {', '.join(self.objectives)} is allowed"
             )
-        weights: FloatArray = self.objectives[objective] / self._scales
-        if given is not None:
-            own = numbers("weights", given)
-            if own.shape != (self.n_outputs,):
-                raise ParameterError(
-                    f"`weights` has shape {own.shape}; ({self.n_outputs},) is needed, one for "
-                    "each number that the model returns"
-                )
-            weights = weights * own
-        if not weights.any():
-            raise ParameterError(
-                "`weights` are all 0 where the objective counts; one above 0 is needed"
-            )
-        return weights
+        return weights_of(self.objectives[objective] / self._scales, given)
 
     # Bounds.
 
@@ -347,12 +340,25 @@ class Model(Runner):
             model.proxy = self.proxy.with_widths(factors)
         return model
 
+    def with_quantile(self, quantile: float | None) -> Self:
+        """Return the model with bounds that hold the central `quantile` of each distribution.
+
+        Inputs that are whole numbers or choices keep theirs. None goes back to the stated bounds.
+        What is drawn for sampling and influence stays as it is.
+        """
+        model = self._copy()
+        model.inputs = tuple(one.with_quantile(quantile) for one in self.inputs)
+        model._lay_bounds()
+        if self.proxy is not None:
+            model.proxy = self.proxy.with_quantile(quantile)
+        return model
+
     # What it can do.
 
     @property
     def has_gradient(self) -> bool:
-        """Whether exact derivatives of the outputs are known."""
-        return self._gradient is not None
+        """Whether exact derivatives of the outputs are known by every input that varies."""
+        return self._gradient is not None and not self._grids
 
     @property
     def has_picture(self) -> bool:

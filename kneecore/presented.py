@@ -201,9 +201,13 @@ def _door(place: str, name: str) -> Any:
     return getattr(import_module(f"kneecore.{place}"), name)
 
 
-def rendered(result: Presented) -> Iterator[tuple[str, bytes]]:
-    """Yield (file name, content) of a result's figures; Matplotlib is loaded only now."""
-    yield from _door("figures.style", "render")(result.figures())
+def rendered(result: Presented, *beside: Any) -> Iterator[tuple[str, bytes]]:
+    """Yield (file name, content) of a result's figures; Matplotlib is loaded only now.
+
+    `beside` is what some results' figures may show too, or None.
+    """
+    drawn = _found(type(result), 2, "draw")(result, *beside)
+    yield from _door("figures.style", "render")(drawn)
 
 
 def load(path: str | Path) -> Any:

@@ -1,6 +1,6 @@
 """The side of a model that is run: here or elsewhere, kept, timed out, its failures told."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore import runs
 from kneecore.box import Box
 from kneecore.errors import ModelError, ParameterError
-from kneecore.inputs import Input, Output
+from kneecore.inputs import Input
+from kneecore.outputs import Output
 from kneecore.progress import Cancelled
 from kneecore.runs.evaluation import Evaluation, Watch
 from kneecore.runs.options import RunOptions
@@ -40,6 +41,8 @@ class Runner(Box):
 
     name: str
     threads: int | None
+    file: str | None = None
+    """File that it was read from."""
     can_keep = True
     """Whether runs are worth a line in a file."""
 
@@ -51,8 +54,9 @@ class Runner(Box):
         *,
         batched: bool,
         options: RunOptions,
+        correlation: Any = None,
     ) -> None:
-        super().__init__(inputs)
+        super().__init__(inputs, correlation)
         self.outputs = outputs
         self._run, self._batched = run, batched
         self._take_options(options)
@@ -114,6 +118,11 @@ class Runner(Box):
         return model
 
     @property
+    def run_options(self) -> RunOptions:
+        """How its runs are done; see `with_runs`."""
+        return self._options
+
+    @property
     def failures(self) -> "tuple[Failure, ...]":
         """The runs that failed until now, the first thousand: inputs, message, where files are.
 
@@ -157,7 +166,24 @@ class Runner(Box):
             raise ParameterError(
                 f"`x` has shape {points.shape}; (n, {len(self.inputs)}) is allowed"
             )
+        self.check_allowed(points)
         return self.examine(points).y
+
+    @property
+    def screening(self) -> Self:
+        """The model as a search of very many points may use it: doomed runs may fail early.
+
+        A run that does not fail gives what it always gives.
+        """
+        return self
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many of the points (n, d) bear each of the model's marks, such as "unsettled".
+
+        Empty where a model has none.
+        """
+        del x
+        return {}
 
     def examine(
         self, x: FloatArray, *, observe: bool = False, watch: Watch | None = None

@@ -1,4 +1,4 @@
-"""The command ``python -m kneeviz``: the knee in the browser.
+"""The command ``python -m kneeviz``: the knee, or a model of one's own, in the browser.
 
 viser, numba and the rest are imported only after the options are read, so that ``--help`` and a
 wrong option answer at once.
@@ -32,7 +32,7 @@ _Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Show the knee in the browser: sliders, live curves, and the worst-case search.
+    """Show the knee, or a model of your own, in the browser: sliders, live curves, worst cases.
 
     The packaged baseline is a reconstruction of the knee of Ciszkiewicz & Dumas 2024, whose
     parameter table is not available.
@@ -45,8 +45,14 @@ class Options:
     """Port to listen on. Unset: 8080, or the next free one."""
     baseline: _File = None
     """A knee file (TOML) to start from instead of the packaged baseline."""
+    model: _File = None
+    """A model of your own (TOML) in the knee's place: inputs, outputs, and a function or a program.
+    It names code that is run."""
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
+    state: _File = None
+    """A file that keeps the knee, bounds, settings and result of the shared page as they change.
+    If it is there, the page opens as it was left."""
     shared: bool = False
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
@@ -96,7 +102,7 @@ def choose_port(host: str, port: int | None) -> int:
     ParameterError
         If the port that was asked for is taken or no port, or the host is none of this machine's.
     """
-    from kneecore import ParameterError
+    from kneecore.errors import ParameterError
 
     if port is not None and not 0 <= port <= 65535:
         raise ParameterError(f"`port` is {port}; 0 to 65535 is allowed")
@@ -132,32 +138,44 @@ def chosen_token(options: Options) -> str | bool | None:
 
 def start(options: Options) -> "App":
     """Read the files, choose the port and start the server."""
-    from kneecore import ParameterError, read_knee
+    from kneecore.errors import ParameterError
+    from kneecore.knee.ahead import compile_ahead
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
+    for name in ("baseline", "state"):
+        if options.model is not None and getattr(options, name) is not None:
+            raise ParameterError(
+                f"`{name}` is {getattr(options, name)!r}; it is the knee's, and with `model` "
+                "there is none"
+            )
+    if options.state is not None and options.per_visitor:
+        raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
+    if options.model is None:
+        compile_ahead()  # while numba, viser and the rest are imported here
+    from kneecore import Model, read_knee
+
     knee = None if options.baseline is None else read_knee(options.baseline)
+    model = None if options.model is None else Model.from_file(options.model)
     result = None
     if options.result is not None:
         from kneecore import SearchResult
 
         result = SearchResult.load(options.result)
-    from kneeviz.server.kernels import KernelWarmUp
-
-    kernels = KernelWarmUp()  # at a first start they are compiled while viser is imported
     from kneeviz.server.app import App
 
     app = App(
         host=options.host,
         port=port,
         knee=knee,
+        model=model,
         result=result,
         shared=not options.per_visitor,
         token=token,
         allow_hosts=options.allow_host,
-        kernels=kernels,
+        state=options.state,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):

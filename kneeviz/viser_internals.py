@@ -36,8 +36,13 @@ _MOST_SLACK = 1e-3
 _guarded: "weakref.WeakSet[Any]" = weakref.WeakSet()
 """The `gui` objects whose unfinished uploads are counted together."""
 
-Reject = Callable[[int, Any, str], None]
-"""Called with the client's number, the widget (None if unknown) and what is wrong, in words."""
+Reject = Callable[[int, Any, str, Any], None]
+"""Called with the client's number, the widget (None if unknown), what is wrong, in words, and the
+value that was sent, if it was one."""
+Arrival = Callable[[int, Any], None]
+"""Called with the client's number and the value that it sent."""
+_arrivals: "weakref.WeakKeyDictionary[Any, dict[str, Arrival]]" = weakref.WeakKeyDictionary()
+"""What is called when a browser sends a widget's value, by `gui` and the widget's id."""
 
 _FLAT_CAMERA = """
   c.minAzimuthAngle = c.maxAzimuthAngle = Math.PI;
@@ -97,6 +102,36 @@ def watch_charts(client: viser.ClientHandle) -> None:
     measured again, and an axis that was measured at width 0 stays empty.
     """
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
+
+
+_NAME_WIDGETS = """(() => {
+  const name = (node, text) => {
+    if (node && text && !node.getAttribute("aria-label")) node.setAttribute("aria-label", text);
+  };
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  const inputs = "[role=slider], input:not([type=hidden])";
+  clearInterval(window.__kneevizNames);
+  window.__kneevizNames = setInterval(() => {
+    document.documentElement.lang = "en";
+    for (const label of all("label[for]")) {
+      const widget = document.getElementById(label.htmlFor), text = label.textContent.trim();
+      const row = label.closest("[class*='Flex-root']");
+      for (const root of [widget, row])
+        if (root) all(inputs, root).forEach((node) => name(node, text));
+    }
+    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
+    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
+  }, 700);
+})();"""
+
+
+def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
+    """Give sliders, charts and the picture names in this client, for who hears the page.
+
+    viser's sliders and canvases have none.
+    """
+    source = _NAME_WIDGETS % (chart, scene)
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
 def force_value(gui: Any, handle: Any) -> None:
@@ -165,11 +200,24 @@ def _guard_values(gui: Any, reject: Reject) -> None:
             return
         fault = update_fault(handle, message.updates)
         if fault is not None:
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, message.updates.get("value"))
             return
+        value = type(handle.value)(message.updates["value"])
         await take(client_id, message)
+        arrival = _arrivals.get(gui, {}).get(message.uuid)
+        if arrival is not None:
+            arrival(client_id, value)
 
     gui._websock_interface.register_handler(messages.GuiUpdateMessage, checked)
+
+
+def on_arrival(handle: Any, call: Arrival) -> None:
+    """Have `call` called, on viser's event loop, with each value of a widget from a browser.
+
+    viser's own callbacks read the value from the widget, where another thread may have set a
+    different one since it arrived, and are not called if another has just set the same.
+    """
+    _arrivals.setdefault(handle._impl.gui_api, {})[widget_id(handle)] = call
 
 
 def _guard_uploads(gui: Any, reject: Reject) -> None:
@@ -191,7 +239,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             fault = "that button cannot be used now"
         if fault is not None:
             _acknowledge(gui, client_id, message)
-            reject(client_id, handle, fault)
+            reject(client_id, handle, fault, None)
             return
         begin(client_id, message)
         if message.transfer_uuid in gui._current_file_upload_states:
@@ -203,7 +251,7 @@ def _guard_uploads(gui: Any, reject: Reject) -> None:
             return
         if state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             gui._current_file_upload_states.pop(message.transfer_uuid, None)
-            reject(client_id, None, "the upload is larger than it said")
+            reject(client_id, None, "the upload is larger than it said", None)
             return
         state["touched"] = time.monotonic()
         go_on(client_id, message)
@@ -294,7 +342,11 @@ def update_fault(handle: Any, updates: Any) -> str | None:
         return "only its value can be changed"
     if getattr(handle, "disabled", False):
         return "it cannot be used now"
-    value = updates["value"]
+    return value_fault(handle, updates["value"])
+
+
+def value_fault(handle: Any, value: Any) -> str | None:
+    """Return why a widget cannot have a value that somebody else has told, or None."""
     if isinstance(handle, handles.GuiSliderHandle | handles.GuiNumberHandle):
         return number_fault(value, handle.min, handle.max)
     if isinstance(handle, handles.GuiButtonGroupHandle | handles.GuiDropdownHandle):
@@ -328,7 +380,9 @@ __all__ = [
     "guard",
     "is_own_server",
     "know_array_types",
+    "name_widgets",
     "number_fault",
+    "on_arrival",
     "refuse_tunnel",
     "set_camera_lock",
     "skip_client_build",
@@ -336,6 +390,7 @@ __all__ = [
     "unfinished_uploads",
     "update_fault",
     "upload_fault",
+    "value_fault",
     "watch_charts",
     "widget_id",
 ]

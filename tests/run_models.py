@@ -21,6 +21,12 @@ def slow(x):
     return plain(x)
 
 
+def slowly(x):
+    """Too slow to follow a slider."""
+    time.sleep(0.1)
+    return plain(x)
+
+
 def many(x):
     """The same, of many points at once."""
     return np.stack([x.sum(axis=1), x[:, 0] * x[:, 1]], axis=1)
@@ -61,6 +67,12 @@ class Failing:
 
     def text(self, x):
         return "broken"
+
+
+def moody(x):
+    """Fails in another way in each part of its bounds; hangs above 0.8."""
+    how = {0: "nan", 1: "raises", 2: "dies", 8: "hangs", 9: "hangs"}.get(int(10.0 * x[0]))
+    return plain(x) if how is None else getattr(Failing(how), how)(x)
 
 
 def square(run=plain, **options):

@@ -14,6 +14,7 @@ Degrees = Annotated[float | None, tyro.conf.arg(metavar="DEG")]
 Percent = Annotated[float | None, tyro.conf.arg(metavar="PERCENT")]
 File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
 Folder = Annotated[str | None, tyro.conf.arg(metavar="DIR")]
+Number = Annotated[float | None, tyro.conf.arg(metavar="NUMBER")]
 Count = Annotated[int | None, tyro.conf.arg(metavar="N")]
 
 
@@ -34,6 +35,14 @@ class SpaceOptions:
     Unset: the knee file's, and none in the packaged baseline."""
     rest_length_bound_percent: Percent = None
     """The same in per cent of the baseline's rest lengths; give one of the two."""
+    distribution: Literal["uniform", "normal", "truncated-normal", "triangular"] | None = None
+    """How knees are drawn for sampling and influence: uniformly within the bounds; normally, with
+    the bounds --deviations standard deviations from the mean; the same cut off at the bounds; or
+    triangular, with the peak at the centre. Unset: the knee file's, uniform in the packaged
+    baseline."""
+    deviations: Number = None
+    """How many standard deviations of a normal or truncated normal distribution the half-ranges
+    are. Unset: the knee file's, or 3: the bounds hold 99.7 % of the knees."""
     baseline: File = None
     """A knee file (TOML) of your own: values, units, half-ranges, sources."""
     around: Literal["baseline", "current"] = "baseline"
@@ -44,7 +53,7 @@ class SpaceOptions:
         from kneecore.errors import ParameterError
         from kneecore.knee.space import ParameterSpace
 
-        bounds = {
+        given = {
             name: value
             for name in (
                 "geometry_bound_mm",
@@ -52,18 +61,20 @@ class SpaceOptions:
                 "material_bound_percent",
                 "rest_length_bound_mm",
                 "rest_length_bound_percent",
+                "distribution",
+                "deviations",
             )
             if (value := getattr(self, name)) is not None
         }
         if self.baseline is not None:
             return ParameterSpace.from_file(
-                self.baseline, case=self.case, around=self.around, **bounds
+                self.baseline, case=self.case, around=self.around, **given
             )
         if self.around != "baseline":
             raise ParameterError(
                 f"`around` is {self.around!r}; it needs a `baseline` file with a current knee"
             )
-        return ParameterSpace(case=self.case, **bounds)
+        return ParameterSpace(case=self.case, **given)
 
 
 @dataclass(frozen=True, kw_only=True)

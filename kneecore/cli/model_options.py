@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from kneecore.cli.knee_options import Count, File, KneeOptions
+from kneecore.cli.knee_options import Count, File, KneeOptions, Number
 
 if TYPE_CHECKING:
     from kneecore.model import Model
@@ -23,6 +23,9 @@ class ModelOptions(KneeOptions):
     model: File = None
     """A model of your own (TOML) in the knee's place: inputs, outputs, and a function or a program.
     It names code that is run."""
+    quantile: Number = None
+    """Search between the bounds that hold so much of each input's distribution, in its middle, such
+    as 0.95; what is drawn for sampling and influence stays the same. Unset: the stated bounds."""
     workers: Count = None
     """Processes that do the runs. Unset: the file's, or this process."""
     scheduler: Address = None
@@ -45,6 +48,8 @@ class ModelOptions(KneeOptions):
             )
         self._refuse_the_knees()
         model = self.knee() if self.model is None else Model.from_file(self.model)
+        if self.quantile is not None:
+            model = model.with_quantile(self.quantile)
         if self.scheduler is not None:
             # Its own lines, on what it reconnects to, would go between ours.
             os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")

@@ -127,9 +127,25 @@ def _tell_interrupted(options: _Options, result: "SearchResult", n_files: int, w
     return run.interrupted(COMMAND, f"interrupted {when}; {kept}{way_on}")
 
 
+def _compile_ahead(options: _Options) -> None:
+    """Have another process compile, at a first start, while numba and the rest are loaded here."""
+    from kneecore._second_compiler import compile_apart
+    from kneecore.knee.ahead import AT_REST
+    from kneecore.search.ahead import GENERATIONS
+
+    with contextlib.suppress(ParameterError):  # it is told in its turn
+        settings, knees = settings_from(SearchSettings, options), options.model is None
+        usual = settings.usual(in_corners=knees, gradient=knees, n_free=0)
+        if (settings.search_space or usual["search_space"]) == "surrogate":
+            compile_apart(GENERATIONS)
+        elif settings.method == "exact" and knees:
+            compile_apart(AT_REST)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = run.parse(Options, arguments, COMMAND)
+    _compile_ahead(options)
     with Keeping(COMMAND, options, arguments) as keeping:
         return _run(options, keeping)
 

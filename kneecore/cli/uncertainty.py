@@ -46,11 +46,14 @@ def _checked(options: _Options) -> tuple["Model", "SearchResult | None"]:
     from kneecore.search.result import SearchResult
     from kneecore.study.budget import study_budget
     from kneecore.study.comparison import check_comparable
+    from kneecore.study.influence import check_independent
 
     model = options.subject()
     worst = None if options.result is None else SearchResult.load(options.result)
     asked = [settings_from(kind, options) for kind in (SamplingSettings, InfluenceSettings)]
     budgets = [study_budget(settings, model) for settings in asked[: 1 + options.influence]]
+    if options.influence:
+        check_independent(model)
     if worst is not None:
         check_comparable(worst, model)
     tell_budget(COMMAND, model, *budgets, quiet=options.quiet or options.json)

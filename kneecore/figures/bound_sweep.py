@@ -13,9 +13,9 @@ from kneecore.study.needed_accuracy import NeededAccuracy
 __all__ = ["bound_figure", "draw"]
 
 
-def draw(sweep: BoundSweep) -> dict[str, Figure]:
-    """Return a sweep's figures by name."""
-    return {"figure_bound": bound_figure(sweep)}
+def draw(sweep: BoundSweep, need: NeededAccuracy | None = None) -> dict[str, Figure]:
+    """Return a sweep's figures by name, with a needed accuracy if there is one."""
+    return {"figure_bound": bound_figure(sweep, need)}
 
 
 def bound_figure(sweep: BoundSweep, need: NeededAccuracy | None = None) -> Figure:

@@ -26,6 +26,8 @@ def bars_figure(found: InfluenceResult, count: int = 10) -> Figure:
         grid = np.atleast_1d(figure.subplots(1, len(columns), sharex=True))
         for axes, column in zip(grid, columns, strict=True):
             _bars(axes, found, column, count)
+        if found.model.drawn_as:
+            figure.suptitle(f"inputs: {found.model.drawn_as}", fontsize="medium")
     return figure
 
 
@@ -66,6 +68,7 @@ def map_figure(found: InfluenceResult) -> Figure:
         axes.set_yticks(range(len(found.names)), found.names)
         axes.set_xlabel(_what(model))
         axes.grid(visible=False)
-        axes.set_title(f"Total Sobol' index of each {'parameter' if knee else 'input'}")
+        drawn = f"\n(inputs: {model.drawn_as})" if model.drawn_as else ""
+        axes.set_title(f"Total Sobol' index of each {'parameter' if knee else 'input'}{drawn}")
         figure.colorbar(image, ax=axes, shrink=0.6, label="share of the variance")
     return figure

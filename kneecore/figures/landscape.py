@@ -1,7 +1,10 @@
 """A slice of a model as maps: the true model, the surrogate, and their difference."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -35,8 +38,8 @@ def slice_figure(found: Landscape, column: int | None = None) -> Figure:
         grid = np.atleast_1d(figure.subplots(1, len(sheets), sharex=True, sharey=True))
         for k, (axes, (title, sheet)) in enumerate(zip(grid, sheets.items(), strict=True)):
             difference = k == 2
-            _map(axes, found, sheet, _symmetric(sheet) if difference else ends, difference)
-            figure.colorbar(axes.images[0], ax=axes, label=axis_label(one.title, one.output.unit))
+            drawn = _map(axes, found, sheet, _symmetric(sheet) if difference else ends, difference)
+            figure.colorbar(drawn, ax=axes, label=axis_label(one.title, one.output.unit))
             axes.set_title(title)
             if k == 0:
                 axes.set_ylabel(_input_label(found, 1))
@@ -61,21 +64,28 @@ def _input_label(found: Landscape, which: int) -> str:
 
 def _map(
     axes: Axes, found: Landscape, sheet: FloatArray, ends: tuple[float, float], difference: bool
-) -> None:
+) -> ScalarMappable:
     """Draw one sheet, the first input to the right; where the model failed it is left white."""
     one, two = _shown(found, 0), _shown(found, 1)
     half = [0.5 * (v[1] - v[0]) for v in (one, two)]
-    axes.imshow(
-        sheet.T,
-        origin="lower",
-        aspect="auto",
-        extent=(one[0] - half[0], one[-1] + half[0], two[0] - half[1], two[-1] + half[1]),
-        cmap="RdBu_r" if difference else "viridis",
-        vmin=ends[0],
-        vmax=ends[1],
-        interpolation="nearest",
-    )
-    if np.isfinite(sheet).all() and np.ptp(sheet) > 0.0:
+    colours: dict[str, Any] = {"cmap": "RdBu_r" if difference else "viridis"}
+    colours |= {"vmin": ends[0], "vmax": ends[1]}
+    drawn: ScalarMappable
+    inputs = [found.model.inputs[found.model.names.index(name)] for name in found.names]
+    continuous = not any(each.is_discrete for each in inputs)
+    if continuous:
+        drawn = axes.imshow(
+            sheet.T,
+            origin="lower",
+            aspect="auto",
+            extent=(one[0] - half[0], one[-1] + half[0], two[0] - half[1], two[-1] + half[1]),
+            interpolation="nearest",
+            **colours,
+        )
+    else:  # perhaps not evenly spaced
+        drawn = axes.pcolormesh(one, two, sheet.T, shading="nearest", **colours)
+    if continuous and np.isfinite(sheet).all() and np.ptp(sheet) > 0.0:
         axes.contour(one, two, sheet.T, levels=8, colors="k", linewidths=0.5, alpha=0.5)
     axes.grid(visible=False)
     axes.set_xlabel(_input_label(found, 0))
+    return drawn

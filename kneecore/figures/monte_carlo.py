@@ -15,8 +15,8 @@ from kneecore.figures.style import (
     output_slices,
     styled,
 )
-from kneecore.inputs import Output
 from kneecore.knee.model import Knee
+from kneecore.outputs import Output
 from kneecore.search.result import MODELS, SearchResult
 from kneecore.study.monte_carlo import MonteCarloResult
 
@@ -25,9 +25,9 @@ __all__ = ["band_figure", "draw"]
 FloatArray = NDArray[np.float64]
 
 
-def draw(study: MonteCarloResult) -> dict[str, Figure]:
-    """Return a study's figures by name."""
-    return {"figure_band": band_figure(study)}
+def draw(study: MonteCarloResult, worst: SearchResult | None = None) -> dict[str, Figure]:
+    """Return a study's figures by name, with a worst case if there is one."""
+    return {"figure_band": band_figure(study, worst)}
 
 
 def band_figure(study: MonteCarloResult, worst: SearchResult | None = None) -> Figure:
@@ -39,7 +39,8 @@ def band_figure(study: MonteCarloResult, worst: SearchResult | None = None) -> F
 
 
 def _title(study: MonteCarloResult) -> str:
-    return f"{study.n_samples - study.n_failed:,} samples of the true model"
+    drawn = f"\n(inputs: {study.model.drawn_as})" if study.model.drawn_as else ""
+    return f"{study.n_samples - study.n_failed:,} samples of the true model{drawn}"
 
 
 def _knee_band(study: MonteCarloResult, worst: SearchResult | None) -> Figure:

@@ -17,9 +17,9 @@ from kneecore.figures.style import (
     output_slices,
     styled,
 )
-from kneecore.inputs import Output
 from kneecore.knee.model import Knee
 from kneecore.model import Shape
+from kneecore.outputs import Output
 from kneecore.search.result import MODELS, SearchResult
 
 __all__ = ["draw"]

@@ -15,11 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from kneecore.inputs import Output
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import N_PARAMETERS
 from kneecore.knee.physics.forces import THETA_0
 from kneecore.model import Model
+from kneecore.outputs import Output
 
 __all__ = [
     "COLOURS",

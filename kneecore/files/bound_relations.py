@@ -3,8 +3,8 @@
 import numpy as np
 
 from kneecore.files.consistent import ROUNDING, check_equal, check_holds
+from kneecore.search.half_bound import MAX_ENUMERATED
 from kneecore.search.result import SearchResult
-from kneecore.search.sampled_bound import MAX_ENUMERATED
 
 __all__ = ["check_bound"]
 

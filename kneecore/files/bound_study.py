@@ -4,10 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from kneecore.figures.bound_sweep import bound_figure
-from kneecore.figures.style import render
 from kneecore.files import bound_sweep, needed_accuracy
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.study.bound_sweep import BoundSweep
 from kneecore.study.needed_accuracy import NeededAccuracy
 
@@ -46,7 +44,7 @@ def from_dict(document: dict[str, Any]) -> BoundStudy:
 
 def _others(study: BoundStudy, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        yield from render({"figure_bound": bound_figure(study.sweep, study.need)})
+        yield from rendered(study.sweep, study.need)
 
 
 FORMAT = Format(

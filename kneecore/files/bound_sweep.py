@@ -4,7 +4,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from kneecore.files.model import array
-from kneecore.files.origin import column_of, origin_table, read_origin, read_versions
+from kneecore.files.origin import (
+    column_of,
+    origin_table,
+    read_origin,
+    read_versions,
+    whole_numbers,
+)
 from kneecore.knee.model import Knee
 from kneecore.knee.readings import deficit_deg, over_extension_deg
 from kneecore.numbers import exact, plain
@@ -58,6 +64,7 @@ def to_dict(sweep: BoundSweep) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         **own,
+        "marks": {name: counts.tolist() for name, counts in sweep.marks.items()},
         "seconds": [round(s, 6) for s in sweep.seconds.tolist()],
         "seed": sweep.settings.seed,
         **origin_table(model),
@@ -85,6 +92,10 @@ def from_dict(document: dict[str, Any]) -> BoundSweep:
         pair=array(document["pair_angle_deg" if knee else "pair"], (n, 2), "pair"),
         extremes=extremes,
         in_model=searches_in_model(model) if knee else bool(document["in_model"]),
+        marks={
+            str(name): whole_numbers(counts, (n,), f"marks.{name}")
+            for name, counts in document.get("marks", {}).items()
+        },
         seconds=array(document["seconds"], (n,), "seconds"),
         versions=read_versions(document),
     )

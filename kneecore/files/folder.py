@@ -33,6 +33,22 @@ def _stage(path: Path, content: bytes) -> Path:
     return staged
 
 
+def write_file(path: Path, content: bytes) -> None:
+    """Put `content` in the place of the file at `path`, whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written; what was there stands.
+    """
+    staged = _stage(path, content)
+    try:
+        os.replace(staged, path)
+    except OSError as error:
+        staged.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
 def write_all(
     folder: Path, files: Iterable[tuple[str, bytes]], *, stale: Iterable[str] = ()
 ) -> tuple[Path, ...]:

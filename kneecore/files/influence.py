@@ -13,6 +13,7 @@ from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
     origin_table,
+    read_counts,
     read_origin,
     read_seconds,
     read_versions,
@@ -57,6 +58,7 @@ def to_dict(found: InfluenceResult) -> dict[str, Any]:
         "n_base": used.n_base,
         "n_evaluations": used.n_evaluations,
         "n_failed_rows": used.n_failed_rows,
+        "counts": dict(found.counts),
         **origin_table(found.model),
         "versions": dict(found.versions),
         "seconds": rounded(found.seconds),
@@ -99,6 +101,7 @@ def from_dict(document: dict[str, Any]) -> InfluenceResult:
             for name, sums in document["groups_first_order"].items()
         },
         indices=_indices(document, (model.n_outputs, len(names))),
+        counts=read_counts(document),
         seconds=read_seconds(document),
         threads=int(document["threads"]),
         versions=read_versions(document),

@@ -9,7 +9,13 @@ import numpy as np
 
 from kneecore.errors import FileFormatError
 from kneecore.files.model import array
-from kneecore.files.origin import numbers_of, origin_table, read_origin, read_versions
+from kneecore.files.origin import (
+    numbers_of,
+    origin_table,
+    read_counts,
+    read_origin,
+    read_versions,
+)
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.presented import Format, rendered
@@ -38,6 +44,7 @@ def to_dict(found: Landscape) -> dict[str, Any]:
         "x": found.x.tolist(),
         key: told(found.y),
         predicted: told(found.y_surrogate),
+        "counts": dict(found.counts),
         **origin_table(found.model),
         "versions": dict(found.versions),
     }
@@ -50,16 +57,17 @@ def from_dict(document: dict[str, Any]) -> Landscape:
     first, second = (str(name) for name in document["names"])
     if not {first, second} <= set(model.free_names) or first == second:
         raise FileFormatError("`names` are not two different free inputs of the model")
-    axes = array(document["axes"], (2, -1), "axes")
-    shape = (axes.shape[1], axes.shape[1], model.n_outputs)
+    one, two = (array(axis, (-1,), "axes") for axis in document["axes"])
+    shape = (len(one), len(two), model.n_outputs)
     other = document[predicted]
     return Landscape(
         model=model,
         names=(first, second),
         x=array(document["x"], (-1,), "x"),
-        axes=(axes[0], axes[1]),
+        axes=(one, two),
         y=array(document[key], shape, key),
         y_surrogate=None if other is None else array(other, shape, predicted),
+        counts=read_counts(document),
         versions=read_versions(document),
     )
 

@@ -17,7 +17,7 @@ from kneecore.files.digest import check_digest
 from kneecore.files.study_relations import check_relations
 from kneecore.presented import Format, format_with_schema
 
-__all__ = ["MAX_BYTES", "from_json", "load", "load_with", "read_document"]
+__all__ = ["MAX_BYTES", "from_json", "load", "load_with", "read_document", "read_object"]
 
 MAX_BYTES = 50_000_000
 WITH_OTHERS = "paper.json"
@@ -78,6 +78,24 @@ def _path(given: str | Path) -> Path:
 
 def _text_of(path: Path) -> str:
     return read_text(path, MAX_BYTES)
+
+
+def read_object(path: str | Path) -> dict[str, Any]:
+    """Return the JSON object in the file at `path`, checked against its digest.
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, is no such file or was changed after it was written; the message
+        names the file.
+    """
+    try:
+        document = _document(_text_of(_path(path)))
+        check_plain(document)
+        check_digest(document)
+    except FileFormatError as error:
+        raise FileFormatError(f"{shown_name(str(path))}: {error}") from None
+    return document
 
 
 def load_with(path: str | Path, form: Format) -> Any:

@@ -1,19 +1,22 @@
 """A model as a table of JSON, and back: what it was, not the function behind it."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kneecore._arguments import number
+from kneecore.copula import pairs_of
 from kneecore.errors import FileFormatError
-from kneecore.inputs import Input, Output
+from kneecore.inputs import Input
 from kneecore.knee.model import Knee
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, NAMES
 from kneecore.knee.response import RestLength, Solver
 from kneecore.knee.space import ParameterSpace
 from kneecore.model import Model
 from kneecore.numbers import DIGITS
+from kneecore.outputs import Output
 
 __all__ = [
     "array",
@@ -28,6 +31,10 @@ __all__ = [
 ]
 
 FloatArray = NDArray[np.float64]
+
+_OF_VALUES = (
+    "integer", "choices", "distribution", "deviations", "mode", "least", "most", "quantile",
+)  # fmt: skip
 
 
 def named(names: tuple[str, ...], x: FloatArray) -> dict[str, float]:
@@ -82,6 +89,8 @@ def read_vector(table: Any, names: tuple[str, ...], where: str) -> FloatArray:
 
 def model_table(model: Model) -> dict[str, Any]:
     """Return a model's inputs and outputs."""
+    given = model.correlation
+    correlated = {} if given is None else {"correlation": pairs_of(model.names, given)}
     return {
         "name": model.name,
         "order": list(model.order),
@@ -89,18 +98,7 @@ def model_table(model: Model) -> dict[str, Any]:
         "size": model.size,
         "size_name": model.size_name,
         "size_unit": model.size_unit,
-        "inputs": [
-            {
-                "name": i.name,
-                "nominal": i.nominal,
-                "lower": i.lower,
-                "upper": i.upper,
-                "unit": i.unit,
-                "shown_unit": i.shown_unit,
-                "shown_scale": i.shown_scale,
-            }
-            for i in model.inputs
-        ],
+        "inputs": [_input_table(i) for i in model.inputs],
         "outputs": [
             {
                 "name": o.name,
@@ -112,7 +110,27 @@ def model_table(model: Model) -> dict[str, Any]:
             }
             for o in model.outputs
         ],
+        **correlated,
     }
+
+
+def _input_table(one: Input) -> dict[str, Any]:
+    """Return an input; what is usual of its values and their distribution is left out."""
+    own = {name: getattr(one, name) for name in _OF_VALUES}
+    usual = {field.name: field.default for field in dataclasses.fields(Input)}
+    table = {
+        "name": one.name,
+        "nominal": one.nominal,
+        "lower": one.lower,
+        "upper": one.upper,
+        "unit": one.unit,
+        "shown_unit": one.shown_unit,
+        "shown_scale": one.shown_scale,
+        **{name: value for name, value in own.items() if value != usual[name]},
+    }
+    if one.choices is not None:
+        table |= {"lower": None, "upper": None, "choices": list(one.choices)}
+    return table
 
 
 def read_model(table: dict[str, Any]) -> Model:
@@ -129,6 +147,7 @@ class _ReadModel(Model):
             [Input(**one) for one in table["inputs"]],
             [Output(**one) for one in table["outputs"]],
             name=str(table["name"]),
+            correlation=table.get("correlation"),
         )
         self._order = tuple(int(k) for k in table.get("order", range(self.n_outputs)))
         if sorted(self._order) != list(range(self.n_outputs)):
@@ -171,6 +190,7 @@ def baseline_table(space: ParameterSpace) -> dict[str, Any]:
         "sources": list(space.sources) if space.sources is not None else None,
         "lower": named(names, space.lower),
         "upper": named(names, space.upper),
+        **space.likely.told,
     }
 
 
@@ -192,6 +212,10 @@ def _space(document: dict[str, Any]) -> ParameterSpace:
         rest_length_bound_mm=baseline.get("rest_length_bound_mm", 0.0),
         rest_length_bound_percent=baseline.get("rest_length_bound_percent", 0.0),
         half_ranges=baseline["half_ranges"],
+        # Uniform ones do not say so.
+        distribution=baseline.get("distribution", "uniform"),
+        deviations=baseline.get("deviations"),
+        quantile=baseline.get("quantile"),
         sources=None if baseline["sources"] is None else tuple(map(str, baseline["sources"])),
         baseline=knee_vector(baseline["parameters"], "baseline.parameters"),
         title=str(baseline["title"]),

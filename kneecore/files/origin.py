@@ -17,6 +17,7 @@ __all__ = [
     "column_of",
     "numbers_of",
     "origin_table",
+    "read_counts",
     "read_origin",
     "read_seconds",
     "read_versions",
@@ -84,6 +85,11 @@ def read_seconds(document: dict[str, Any]) -> dict[str, float]:
 def read_versions(document: dict[str, Any]) -> dict[str, str]:
     """Return the versions that a study was made with."""
     return {str(name): str(value) for name, value in document["versions"].items()}
+
+
+def read_counts(document: dict[str, Any]) -> dict[str, int]:
+    """Return what became of a study's runs; of older files that do not tell, nothing."""
+    return {str(name): int(count) for name, count in document.get("counts", {}).items()}
 
 
 def whole_numbers(value: Any, shape: tuple[int, ...], where: str) -> NDArray[np.int64]:

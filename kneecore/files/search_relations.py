@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore.errors import FileFormatError, KneecoreError
+from kneecore.errors import FileFormatError, KneecoreError, ParameterError
 from kneecore.files.bound_relations import check_bound
 from kneecore.files.consistent import check_equal, check_finite_or_not, check_holds
 from kneecore.files.knee_relations import check_responses
@@ -13,6 +13,7 @@ from kneecore.knee.model import Knee
 from kneecore.knee.parameters import ALL_NAMES
 from kneecore.model import Model
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.discrete import combinations
 from kneecore.search.problem import pair_value
 from kneecore.search.result import SearchResult, gap_percent
 
@@ -42,6 +43,10 @@ def check_within(where: str, model: Model, x: FloatArray) -> None:
             f"`{where}[{row}].{model.names[column]}` is {x[row, column]:g}; its bounds are "
             f"{model.lower[column]:g} to {model.upper[column]:g} (SI)"
         )
+    try:
+        model.check_allowed(x)
+    except ParameterError as error:
+        raise FileFormatError(str(error).replace("`x`", f"`{where}`", 1)) from None
 
 
 def check_search(result: SearchResult) -> None:
@@ -94,7 +99,8 @@ def _check_training(result: SearchResult) -> None:
     if x is None or y is None:
         return
     check_holds("training", len(x) == len(y), "`parameters` and outputs have the same length")
-    n = result.settings.n_training + (result.repair.n_models if result.repair else 0)
+    n = min(result.settings.n_training, combinations(result.model))
+    n += result.repair.n_models if result.repair else 0
     check_holds("training", len(x) == n, "as many samples as were asked for, and those added")
     check_within("training.parameters", result.model, x)
     check_finite_or_not("training", y)

@@ -5,13 +5,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from kneecore.errors import KneecoreError
-from kneecore.figures import influence as influence_figures
-from kneecore.figures.monte_carlo import band_figure
-from kneecore.figures.style import render
 from kneecore.files import comparison as comparison_file
 from kneecore.files import influence as influence_file
 from kneecore.files import monte_carlo as sampling_file
-from kneecore.presented import Format
+from kneecore.presented import Format, rendered
 from kneecore.search.result import SearchResult
 from kneecore.study.comparison import Comparison
 from kneecore.study.influence import InfluenceResult
@@ -70,10 +67,9 @@ def from_dict(document: dict[str, Any]) -> Study:
 
 def _others(study: Study, figures: bool) -> Iterator[tuple[str, bytes]]:
     if figures:
-        drawn = {"figure_band": band_figure(study.sampled, study.worst)}
+        yield from rendered(study.sampled, study.worst)
         if study.influence is not None:
-            drawn |= influence_figures.draw(study.influence)
-        yield from render(drawn)
+            yield from rendered(study.influence)
     if study.influence is not None:
         yield INFLUENCE_FILE, influence_file.to_csv(study.influence).encode()
 

@@ -1,5 +1,6 @@
 """What must agree in each study's result."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from kneecore.files.study import Study
 from kneecore.knee.model import Knee
 from kneecore.numerics.sampling import n_drawn
 from kneecore.numerics.sampling_options import check_count
+from kneecore.numerics.sensitivity import BATCH
 from kneecore.paper.finding import Finding
 from kneecore.paper.result import PaperReport
 from kneecore.paper.verdict import judge
@@ -80,6 +82,11 @@ def _monte_carlo(study: MonteCarloResult) -> None:
         check_holds("share_of_samples_below", whole, "a share of the samples that did not fail")
 
 
+def _counts(counts: Mapping[str, int], n_runs: int) -> None:
+    for name, count in counts.items():
+        check_holds(f"counts.{name}", count <= n_runs, f"at most the {n_runs} models that were run")
+
+
 def _drawn(settings: SamplingSettings) -> int:
     return n_drawn(settings.n_samples, settings.sampling)
 
@@ -87,8 +94,15 @@ def _drawn(settings: SamplingSettings) -> int:
 def _influence(found: InfluenceResult) -> None:
     used = found.indices
     check_equal("n_base", used.n_base, found.settings.n_base)
-    check_equal("n_evaluations", used.n_evaluations, used.n_base * (len(found.names) + 2))
-    check_holds("n_failed_rows", used.n_failed_rows <= used.n_base, "at most `n_base`")
+    rows, rest = divmod(used.n_evaluations, len(found.names) + 2)
+    check_holds("n_evaluations", rest == 0, f"{len(found.names) + 2} are a row")
+    spare = rows - used.n_base - used.n_failed_rows  # of the last batch that replaced failed rows
+    fits = 0 <= spare < BATCH if used.n_failed_rows else spare == 0
+    check_holds("n_failed_rows", fits, "the others of the rows that were evaluated are `n_base`")
+    _counts(found.counts, used.n_evaluations)
+    least, in_a_row = used.n_failed_rows, len(found.names) + 2
+    failed = found.counts.get("failed", least)
+    check_holds("counts.failed", least <= failed <= least * in_a_row, "they are in failed rows")
     for name in ("first_order", "total_order"):
         both = getattr(used, f"{name}_interval")
         if both is not None:
@@ -107,6 +121,8 @@ def _influence(found: InfluenceResult) -> None:
 
 
 def _landscape(found: Landscape) -> None:
+    _counts(found.counts, found.n_models)
+    check_equal("counts.failed", found.counts.get("failed", found.n_failed), found.n_failed)
     check_within("x", found.model, found.x[None])
     for name, axis in zip(found.names, found.axes, strict=True):
         check_holds("axes", np.diff(axis) > 0.0, "they rise")
@@ -116,6 +132,8 @@ def _landscape(found: Landscape) -> None:
 
 
 def _bound_sweep(sweep: BoundSweep) -> None:
+    for name, counts in sweep.marks.items():
+        _between(f"marks.{name}", counts, 0.0, 4.0)  # the worst pair and the range's two ends
     _between("objective_model", sweep.objective, 0.0, np.inf)
     low, high = sweep.pair.T
     _not_below("pair", high, low, "the smaller value is the first")
@@ -187,6 +205,8 @@ def _training_sweep(sweep: TrainingSweep) -> None:
     _between("rms_error", sweep.rms_error, 0.0, np.inf)
     wanted = np.array(sweep.settings.sizes)[:, None]
     check_holds("n_failed", sweep.n_failed <= wanted, "at most `training_samples`")
+    in_training = sweep.settings.n_seeds * sum(sweep.settings.sizes)
+    _counts(sweep.counts, N_TEST + in_training + 2 * sweep.n_failed.size)
 
 
 def _surrogate_quality(quality: SurrogateQuality) -> None:

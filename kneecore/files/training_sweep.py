@@ -9,6 +9,7 @@ from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
     origin_table,
+    read_counts,
     read_origin,
     read_versions,
     whole_numbers,
@@ -48,6 +49,7 @@ def to_dict(sweep: TrainingSweep) -> dict[str, Any]:
         **{key: told(getattr(sweep, name)) for name, key in _keys(sweep.model).items()},
         "seconds": np.round(sweep.seconds, 6).tolist(),
         "n_test": sweep.n_test,
+        "counts": dict(sweep.counts),
         "method": settings.method,
         **origin_table(sweep.model),
         "versions": dict(sweep.versions),
@@ -71,6 +73,7 @@ def from_dict(document: dict[str, Any]) -> TrainingSweep:
         n_failed=whole_numbers(document["n_failed"], shape, "n_failed"),
         seconds=array(document["seconds"], shape, "seconds"),
         n_test=int(document["n_test"]),
+        counts=read_counts(document),
         versions=read_versions(document),
         **{name: array(document[key], shape, key) for name, key in _keys(model).items()},
     )

@@ -50,7 +50,8 @@ def with_geometry_bound(space: ParameterSpace, bound_mm: float) -> ParameterSpac
 
 def half_ranges(space: ParameterSpace) -> FloatArray:
     """Return the half-range of each parameter, SI; that of Poisson's ratio before it is clipped."""
-    wider: FloatArray = np.maximum(space.upper - space.centre, space.centre - space.lower)
+    lower, upper = space.stated
+    wider: FloatArray = np.maximum(upper - space.centre, space.centre - lower)
     return wider
 
 

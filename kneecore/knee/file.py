@@ -18,6 +18,7 @@ from kneecore._arrays import numbers
 from kneecore._assets import asset_path
 from kneecore.errors import FileFormatError, ParameterError
 from kneecore.knee import units
+from kneecore.knee.likely import KneeDistribution, Likely
 from kneecore.knee.parameters import (
     ALL_NAMES,
     LARGEST,
@@ -37,7 +38,9 @@ MAX_BYTES = 1_000_000
 LONGEST_TEXT = 4_000
 """Characters of a title, a note or a source."""
 _DISPLAY_UNITS = {row[0]: row[3] for row in STRUCTURE}
-_TOP_KEYS = {"schema", "title", "note", "prior", "parameters", "current"}
+_TOP_KEYS = {
+    "schema", "title", "note", "prior", "distribution", "deviations", "parameters", "current",
+}  # fmt: skip
 _PARAMETER_KEYS = {"value", "unit", "half_range", "half_range_unit", "source"}
 
 FloatArray = NDArray[np.float64]
@@ -59,6 +62,10 @@ class KneeFile:
     """Where each baseline value is from."""
     current: FloatArray | None
     """A knee apart from the baseline, same shape, SI, or None."""
+    distribution: KneeDistribution = "uniform"
+    """How samples of its space are drawn."""
+    deviations: float | None = None
+    """How many standard deviations of a normal distribution the half-ranges are; 3 for None."""
 
 
 def _number(where: str, value: Any) -> float:
@@ -163,6 +170,7 @@ def parse_knee(text: str | bytes) -> KneeFile:
             index = names.index(name)
             current[index] = factors[index] * _number(f"current.{name}", value)
         current = _possible(current, "current")
+    likely = _likely(document)
     title = _text("title", document.get("title", "Untitled knee"))
     note = _text("note", document["note"]) if "note" in document else None
     for array in (baseline, half_ranges, current):
@@ -175,7 +183,17 @@ def parse_knee(text: str | bytes) -> KneeFile:
         half_ranges=half_ranges,
         sources=sources,
         current=current,
+        distribution=likely.distribution,
+        deviations=likely.deviations,
     )
+
+
+def _likely(document: Mapping[str, Any]) -> Likely:
+    given = {key: document[key] for key in ("distribution", "deviations") if key in document}
+    try:
+        return Likely(**given).checked()
+    except ParameterError as error:
+        raise FileFormatError(str(error)) from None
 
 
 def _with_rest_lengths(
@@ -269,6 +287,8 @@ def dump_knee(
     current: ArrayLike | None = None,
     title: str = "My knee",
     note: str | None = None,
+    distribution: KneeDistribution = "uniform",
+    deviations: float | None = None,
 ) -> str:
     """Return a knee file's text; `parse_knee` of it gives the same bits back.
 
@@ -281,6 +301,10 @@ def dump_knee(
         Where each baseline value is from.
     title, note : str, optional
         For reports.
+    distribution : {"uniform", "normal", "truncated-normal", "triangular"}
+        How samples are drawn.
+    deviations : float, optional
+        How many standard deviations of a normal distribution the half-ranges are; 3 for None.
 
     Raises
     ------
@@ -299,6 +323,7 @@ def dump_knee(
     document: dict[str, Any] = {"schema": SCHEMA, "title": title}
     if note:
         document["note"] = note
+    document |= Likely(distribution, deviations).told
     document["parameters"] = {}
     document |= {} if now is None else {"current": {}}
     for i, name in enumerate(ALL_NAMES[:width]):

@@ -10,6 +10,7 @@ Examples
 'ok'
 """
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self, get_args
@@ -20,13 +21,15 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._arguments import choice
 from kneecore._arrays import numbers
 from kneecore._second_compiler import compile_apart, wait_for
-from kneecore.inputs import Input, Output
 from kneecore.knee import bounds
+from kneecore.knee.ahead import AT_REST, IN_MOTION
 from kneecore.knee.file import packaged_knee
 from kneecore.knee.gradient import flexion_gradient
+from kneecore.knee.likely import inputs_of
 from kneecore.knee.parameters import ALL_NAMES, N_PARAMETERS, STRUCTURE, widened
-from kneecore.knee.physics.dynamics import flexion_of, respond
+from kneecore.knee.physics.dynamics import MAX_REFINEMENTS, flexion_of, respond
 from kneecore.knee.physics.equilibrium import equilibria
+from kneecore.knee.physics.marks import compile_marks
 from kneecore.knee.picture import shapes
 from kneecore.knee.response import (
     LARGEST_EXTENSION,
@@ -45,8 +48,8 @@ from kneecore.knee.slopes import settled_slopes
 from kneecore.knee.space import ParameterSpace, check_space
 from kneecore.knee.step_check import half_step_change
 from kneecore.knee.trajectory import Trajectory, trajectory
-from kneecore.knee.units import si_factor, si_unit
 from kneecore.model import Evaluation, Model, Shape, Slopes
+from kneecore.outputs import Output
 
 __all__ = ["Knee"]
 
@@ -58,21 +61,6 @@ FLEXION = Output(
 """Flexion > 0; the moment extends where it is positive."""
 ALONG_LOADS = tuple(int(k) for k in np.argsort(-MOMENT, kind="stable"))
 """The loads from the largest extension to the largest flexion."""
-
-
-def _inputs(space: ParameterSpace) -> list[Input]:
-    return [
-        Input(
-            name,
-            nominal=float(space.baseline[k]),
-            lower=float(space.lower[k]),
-            upper=float(space.upper[k]),
-            unit=si_unit(STRUCTURE[k][3]),
-            shown_unit=STRUCTURE[k][3],
-            shown_scale=si_factor(STRUCTURE[k][3]),
-        )
-        for k, name in enumerate(space.names)
-    ]
 
 
 class Knee(Model):
@@ -121,12 +109,14 @@ class Knee(Model):
         threads: int | None = None,
         workers: Any = None,
     ) -> None:
-        self.space = ParameterSpace() if space is None else check_space(space)
+        space = ParameterSpace() if space is None else check_space(space)
+        self.space = space
         self.solver = check_solver(solver)
         self.rest_length = choice("rest_length", rest_length, get_args(RestLength))
+        self._most_halvings = MAX_REFINEMENTS
         super().__init__(
             None,
-            _inputs(self.space),
+            inputs_of(space.baseline, space.centre, *space.stated, space.likely),
             [FLEXION],
             name=self.space.title,
             threads=threads,
@@ -174,8 +164,10 @@ class Knee(Model):
     @property
     def identity(self) -> bytes:
         """What tells its runs from those of other knees, or computed in another way."""
-        way = f"{self.solver} {self.rest_length}".encode()
-        return b"\0".join([super().identity, way, self.space.baseline.tobytes()])
+        way = f"{self.solver} {self.rest_length}"
+        if self._most_halvings < MAX_REFINEMENTS:
+            way += f" {self._most_halvings}"
+        return b"\0".join([super().identity, way.encode(), self.space.baseline.tobytes()])
 
     def with_size(self, size: float) -> Self:
         """Return the knees with another bound on the geometry, mm; see `with_geometry_bound`."""
@@ -184,6 +176,10 @@ class Knee(Model):
     def with_widths(self, factors: ArrayLike) -> Self:
         """Return the knees with bounds `factors` times as wide, around the box's centre."""
         return self.with_space(bounds.with_narrower(self.space, self._factors(factors)))
+
+    def with_quantile(self, quantile: float | None) -> Self:
+        """Return the knees with bounds that hold so much of each parameter's distribution."""
+        return self.with_space(dataclasses.replace(self.space, quantile=quantile))
 
     def with_space(self, space: ParameterSpace) -> Self:
         """Return the knees of another space, computed in the same way."""
@@ -206,6 +202,16 @@ class Knee(Model):
         return Knee(
             self.space, solver="equilibrium", rest_length=self.rest_length, threads=self.threads
         )
+
+    @property
+    def screening(self) -> Self:
+        """The same knees; in motion, one that needs the time step halved more than once fails.
+
+        Nearly all of those fail in the end, after seven times the work.
+        """
+        knee = self._copy()
+        knee._most_halvings = 1
+        return knee
 
     @property
     def has_picture(self) -> bool:
@@ -234,7 +240,7 @@ class Knee(Model):
             poses, lost_at = equilibria(rows, self.threads)
             counts = {"failed": int(np.count_nonzero(~np.isnan(lost_at)))}
             return Evaluation(y=np.degrees(flexion_of(poses)), counts=counts)
-        poses, settled, refinements = respond(rows, self.threads)
+        poses, settled, refinements = respond(rows, self.threads, self._most_halvings)
         failed = refinements < 0
         return Evaluation(
             y=np.degrees(flexion_of(poses)),
@@ -256,9 +262,7 @@ class Knee(Model):
             counts={
                 "failed": int(np.count_nonzero(~good)),
                 "refined": int(np.count_nonzero(batch.refinements[good] > 0)),
-                "unsettled": int(np.count_nonzero(~batch.settled[good].all(axis=1))),
-                "not_at_rest": int(np.count_nonzero(~batch.at_rest[good].all(axis=1))),
-                "implausible": int(np.count_nonzero(batch.implausible[good].any(axis=1))),
+                **_marks(batch, good),
                 "lost": int(np.count_nonzero(lost)),
             },
             observed={name: factor * getattr(batch, field) for name, field, factor in QUANTITIES},
@@ -278,6 +282,11 @@ class Knee(Model):
             threads=1,
         )
         return list(batch)
+
+    def marks(self, x: FloatArray) -> Mapping[str, int]:
+        """Return how many knees, SI, shape (n, 28), bear each mark at some load."""
+        batch = self.simulate_batch(x)
+        return _marks(batch, ~batch.failed)
 
     def simulate(self, x: ArrayLike) -> Response:
         """Return one knee's response, `x` of shape (28,) or (32,), SI."""
@@ -315,30 +324,25 @@ class Knee(Model):
     def warm_up(self, *, gradient: bool = False) -> None:
         """Run each of the knee's kernels once."""
         if gradient:
-            compile_apart(_AT_REST)
-        wait_for(_IN_MOTION)
+            compile_apart(AT_REST)
+        if self.solver == "dynamics":  # while another process may be at the motion
+            compile_marks()
+        wait_for(IN_MOTION)
         simulate(self.space.baseline, solver=self.solver)
         if gradient:
-            wait_for(_AT_REST)
+            wait_for(AT_REST)
             flexion_gradient(self.space.baseline)
 
-    @staticmethod
-    def compile_ahead() -> None:
-        """Have another process compile the knee's motion at the first start; return at once.
 
-        It gains time where there is something else to do until the first knee is wanted.
-        """
-        compile_apart(_IN_MOTION)
-
-
-_IN_MOTION = "kneecore.knee.model:_compile_in_motion"
-_AT_REST = "kneecore.knee.model:_compile_at_rest"
+def _marks(batch: ResponseBatch, chosen: NDArray[np.bool_]) -> dict[str, int]:
+    """Return how many of the chosen knees (n,) bear each mark at some load."""
+    return {
+        "unsettled": int(np.count_nonzero(~batch.settled[chosen].all(axis=1))),
+        "not_at_rest": int(np.count_nonzero(~batch.at_rest[chosen].all(axis=1))),
+        "implausible": int(np.count_nonzero(batch.implausible[chosen].any(axis=1))),
+    }
 
 
-def _compile_in_motion() -> None:
-    simulate(packaged_knee().baseline)
-
-
-def _compile_at_rest() -> None:
+def compile_at_rest() -> None:
     """Compile the larger half of an exact search's kernels."""
     simulate(packaged_knee().baseline, solver="equilibrium")

@@ -10,12 +10,14 @@ values, half-ranges and sources are in the packaged ``baseline.toml`` (see `knee
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kneecore._arguments import number, shown
 from kneecore._arrays import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee import units
@@ -29,6 +31,7 @@ __all__ = [
     "Parameter",
     "check_physical",
     "display_values",
+    "named_half_ranges",
     "widened",
 ]
 
@@ -237,6 +240,30 @@ def check_physical(values: ArrayLike, argument: str = "x") -> FloatArray:
             f"{allowed}"
         )
     return array
+
+
+def named_half_ranges(given: Any) -> dict[str, float]:
+    """Return half-ranges (SI) by parameter name, checked.
+
+    Raises
+    ------
+    ParameterError
+        If they are no mapping of parameters' names to numbers of at least 0.
+    """
+    if not isinstance(given, Mapping):
+        raise ParameterError(
+            f"`half_ranges` is {shown(given)}; a mapping of names to numbers is allowed"
+        )
+    for name in given:
+        if name not in ALL_NAMES:
+            raise ParameterError(
+                f"`half_ranges` names {shown(name)}; allowed are the parameters' names, "
+                f"{NAMES[0]} to {NAMES[-1]}, and {', '.join(REST_LENGTH_NAMES)}"
+            )
+    return {
+        name: number(f"half_ranges[{name!r}]", value, unit="(SI)", least=0.0)
+        for name, value in given.items()
+    }
 
 
 def display_values(x: Sequence[float] | FloatArray) -> list[float]:

@@ -14,7 +14,7 @@ Examples
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Self, get_args
+from typing import Any, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from kneecore._arguments import choice, number, one_line, shown, shown_name, tex
 from kneecore._arrays import numbers
 from kneecore.errors import ParameterError
 from kneecore.knee.file import LONGEST_TEXT, dump_knee, packaged_knee, read_knee
+from kneecore.knee.likely import POISSON_LIMIT, KneeDistribution, Likely, inputs_of
 from kneecore.knee.parameters import (
     ALL_NAMES,
     N_PARAMETERS,
@@ -30,17 +31,16 @@ from kneecore.knee.parameters import (
     REST_LENGTH_NAMES,
     STRUCTURE,
     check_physical,
+    named_half_ranges,
     widened,
 )
 from kneecore.knee.physics.pose import constants, rest_lengths
 
-__all__ = ["CASES", "POISSON_LIMIT", "Around", "Case", "ParameterSpace", "check_space"]
+__all__ = ["CASES", "Around", "Case", "ParameterSpace", "check_space"]
 
 Case = Literal["both", "geometry", "material"]
 Around = Literal["baseline", "current"]
 CASES: tuple[Case, ...] = get_args(Case)
-POISSON_LIMIT = 0.499
-"""Upper bound of Poisson's ratio: at 0.5 the material is incompressible."""
 
 FloatArray = NDArray[np.float64]
 
@@ -63,6 +63,13 @@ def _with_last_axis(name: str, values: ArrayLike, size: int) -> FloatArray:
     if array.ndim == 0 or array.shape[-1] != size:
         raise ParameterError(f"`{name}` has shape {array.shape}; (..., {size}) is allowed")
     return array
+
+
+def _held(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy that nobody can change."""
+    own = array.copy()  # the caller's, and the centre is often the baseline
+    own.setflags(write=False)
+    return own
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +106,15 @@ class ParameterSpace:
     """Name of the baseline, for reports."""
     note: str | None = None
     """What a reader of results must know about the baseline; the packaged one's for None."""
+    distribution: KneeDistribution = "uniform"
+    """How samples are drawn: uniform within the bounds; normal, with its mean in their middle and
+    them `deviations` standard deviations away; truncated-normal, cut off at the bounds; or
+    triangular, with its peak at the centre."""
+    deviations: float | None = None
+    """How many standard deviations the half-ranges are; 3 if not given."""
+    quantile: float | None = None
+    """Share of each distribution, in its middle, that a search looks at in the place of what is
+    within the bounds."""
     sources: tuple[str, ...] | None = None
     """Where each baseline value is from; the packaged ones for the packaged baseline."""
     centre: FloatArray = None  # type: ignore[assignment]
@@ -106,15 +122,19 @@ class ParameterSpace:
     is still the baseline that fixes the load-free pose."""
 
     lower: FloatArray = field(init=False, repr=False)
-    """Lower bounds, shape (28,) or (32,), SI."""
+    """Lower bounds of a search, shape (28,) or (32,), SI."""
     upper: FloatArray = field(init=False, repr=False)
     """Upper bounds, same shape, SI; Poisson's ratio is clipped to 0.499."""
+    stated: tuple[FloatArray, FloatArray] = field(init=False, repr=False)
+    """The bounds as stated, from which they differ where there is a `quantile`."""
     free: NDArray[np.bool_] = field(init=False, repr=False)
     """Which parameters vary, same shape."""
 
     def __post_init__(self) -> None:
         choice("case", self.case, CASES, f"{', '.join(CASES)} are allowed")
         self._check_bounds()
+        for name, value in self.likely.checked()._asdict().items():
+            object.__setattr__(self, name, value)
         self._check_texts()
         packaged = packaged_knee()
         given = packaged.baseline if self.baseline is None else self.baseline
@@ -128,13 +148,12 @@ class ParameterSpace:
         lower, upper = centre - half, centre + half
         if upper[_POISSON] > POISSON_LIMIT and half[_POISSON] > 0.0:
             upper[_POISSON] = max(POISSON_LIMIT, centre[_POISSON])
-        for name, bound in (("lower", lower), ("upper", upper)):
-            try:
-                check_physical(bound, f"{name} bound")
-                if len(bound) > N_PARAMETERS:
-                    self._rest_lengths(np.concatenate([centre[:N_PARAMETERS], bound[_CHANGES]]))
-            except ParameterError as error:
-                raise ParameterError(f"the bounds are too wide: {error}") from None
+        self._check_possible(centre, lower, upper)
+        stated = lower, upper
+        if self.quantile is not None:
+            inputs = inputs_of(baseline, centre, lower, upper, self.likely)
+            lower, upper = (np.array([one.box[side] for one in inputs]) for side in (0, 1))
+            self._check_possible(centre, lower, upper)
         free = upper > lower
         if not free.any():
             raise ParameterError(
@@ -145,16 +164,24 @@ class ParameterSpace:
             for name, value in kept.items():
                 if getattr(self, name) is None:
                     object.__setattr__(self, name, value)
-        for name, array in (
-            ("baseline", baseline),
-            ("centre", centre),
-            ("lower", lower),
-            ("upper", upper),
-            ("free", free),
-        ):
-            array = array.copy()  # the caller's, and the centre is often the baseline
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        held = {"baseline": baseline, "centre": centre, "lower": lower, "upper": upper}
+        for name, array in (*held.items(), ("free", free)):
+            object.__setattr__(self, name, _held(array))
+        object.__setattr__(self, "stated", tuple(map(_held, stated)))
+
+    @property
+    def likely(self) -> Likely:
+        """How likely its knees are."""
+        return Likely(self.distribution, self.deviations, self.quantile)
+
+    def _check_possible(self, centre: FloatArray, lower: FloatArray, upper: FloatArray) -> None:
+        for name, bound in (("lower", lower), ("upper", upper)):
+            try:
+                check_physical(bound, f"{name} bound")
+                if len(bound) > N_PARAMETERS:
+                    self._rest_lengths(np.concatenate([centre[:N_PARAMETERS], bound[_CHANGES]]))
+            except ParameterError as error:
+                raise ParameterError(f"the bounds are too wide: {error}") from None
 
     def _varies(self) -> NDArray[np.bool_]:
         held = {"both": None, "geometry": _IS_MATERIAL, "material": _IS_GEOMETRY}[self.case]
@@ -208,19 +235,7 @@ class ParameterSpace:
             )
         if self.half_ranges is None:
             return
-        if not isinstance(self.half_ranges, Mapping):
-            raise ParameterError(
-                f"`half_ranges` is {shown(self.half_ranges)}; "
-                "a mapping of names to numbers is allowed"
-            )
-        kept = {}
-        for name, value in self.half_ranges.items():
-            if name not in ALL_NAMES:
-                raise ParameterError(
-                    f"`half_ranges` names {shown(name)}; allowed are the parameters' names, "
-                    f"{NAMES[0]} to {NAMES[-1]}, and {', '.join(REST_LENGTH_NAMES)}"
-                )
-            kept[name] = number(f"half_ranges[{name!r}]", value, unit="(SI)", least=0.0)
+        kept = named_half_ranges(self.half_ranges)
         object.__setattr__(self, "half_ranges", kept)
 
     def _check_texts(self) -> None:
@@ -246,8 +261,11 @@ class ParameterSpace:
         material_bound_percent: float | None = None,
         rest_length_bound_mm: float | None = None,
         rest_length_bound_percent: float | None = None,
+        distribution: KneeDistribution | None = None,
+        deviations: float | None = None,
+        quantile: float | None = None,
     ) -> Self:
-        """Return the space of a knee file; a bound that is given takes the place of the file's.
+        """Return the space of a knee file; what is given takes the place of the file's.
 
         `around` chooses the box's centre: the file's baseline or its current knee.
 
@@ -266,6 +284,7 @@ class ParameterSpace:
                 f"`around` is 'current', and {shown_name(str(path))} has no [current] knee; "
                 "'baseline' is allowed"
             )
+        own = Likely(knee.distribution, knee.deviations)
         in_mm, in_percent = rest_length_bound_mm, rest_length_bound_percent
         given = {
             "geometry": geometry_bound_mm,
@@ -290,6 +309,7 @@ class ParameterSpace:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
+            **own.but(distribution, deviations, quantile)._asdict(),
             sources=knee.sources,
             centre=centre,
         )
@@ -347,7 +367,7 @@ class ParameterSpace:
         return bool(np.array_equal(self.centre, self.baseline))
 
     def to_toml(self, current: ArrayLike | None = None) -> str:
-        """Return this space as a knee file's text, with `current` (28,) as its current knee.
+        """Return this space as a knee file, with `current` (28,) as its current knee.
 
         Without one, the centre is the current knee where it is not the baseline.
         """
@@ -360,6 +380,8 @@ class ParameterSpace:
             current=current,
             title=self.title,
             note=self.note,
+            distribution=self.distribution,
+            deviations=self.deviations,
         )
 
 

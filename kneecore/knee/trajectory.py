@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kneecore._arguments import whole_number
 from kneecore.errors import ModelError, ParameterError
+from kneecore.knee.file import packaged_knee
 from kneecore.knee.parameters import check_physical
 from kneecore.knee.physics.dynamics import MOMENTS, PLATEAU_STEPS, flexion_of, respond_by_run
 from kneecore.knee.physics.lanes import TIME_STEP, integrate
@@ -14,7 +15,7 @@ from kneecore.knee.physics.observe import observe
 from kneecore.knee.physics.pose import START_X, START_Y
 from kneecore.knee.response import RestLength, prepare
 
-__all__ = ["Trajectory", "trajectory"]
+__all__ = ["Trajectory", "compile_motion", "trajectory"]
 
 FloatArray = NDArray[np.float64]
 _ALLOWED_STEPS = (1, 2, 5, 10, 25, 50, 125, 250)
@@ -95,3 +96,8 @@ def trajectory(
         flexion=flexion_of(poses),
         **observe(np.repeat(rows, 2, axis=0), poses),
     )
+
+
+def compile_motion() -> None:
+    """Compile what moves a knee."""
+    trajectory(packaged_knee().baseline)

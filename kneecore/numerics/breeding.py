@@ -20,7 +20,9 @@ _MIX_2 = np.uint64(0x94D049BB133111EB)
 _30, _27, _31, _11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 _TO_UNIT = 1.0 / 9007199254740992.0  # 2^-53
 
-GENES = 32
+# Not literals: numba would compile the functions that they are given to for each anew.
+_FIRST, _SECOND = np.int64(0), np.int64(1)
+GENES = np.int64(32)
 """Genes handled at once: the compiler leaves no remainder of a loop of this length unvectorised."""
 
 
@@ -52,7 +54,7 @@ def first_population(
 ) -> None:
     """Fill `population` (pop_size, d) uniformly within the bounds."""
     for i in range(population.shape[0]):
-        key = stream(seed, 0, i)
+        key = stream(seed, _FIRST, i)
         for k in range(population.shape[1]):
             population[i, k] = lower[k] + uniform(key, k) * (upper[k] - lower[k])
 
@@ -112,7 +114,7 @@ def _cross(key, mother, father, lower, upper, alpha, child):  # type: ignore[no-
     """BLX-alpha: each gene uniform on the parents' interval, widened by alpha on both sides."""
     d, widening = child.shape[0], 1.0 + 2.0 * alpha
     if d < GENES:
-        _cross_genes(key, 0, d, mother, father, lower, upper, widening, child)
+        _cross_genes(key, _FIRST, d, mother, father, lower, upper, widening, child)
         return
     for first in range(0, d, GENES):
         # The last block reaches back over genes that are there already: they come out the same.
@@ -188,7 +190,7 @@ def breed(
     spins = np.empty((2, stop - first))
     for i in range(stop - first):
         keys[i] = stream(seed, generation, first + i)
-        spins[0, i], spins[1, i] = uniform(keys[i], 0), uniform(keys[i], 1)
+        spins[0, i], spins[1, i] = uniform(keys[i], _FIRST), uniform(keys[i], _SECOND)
     for i in range(first, stop):
         child, key = children[i], keys[i - first]
         if i < n_elite:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, kernel
+from kneecore._jit import inline, kernel, written_in
 from kneecore.numerics import breeding
 from kneecore.numerics.atomic import fetch, fetch_add
 from kneecore.numerics.thin_plate import LANES
@@ -73,7 +73,7 @@ def _add_product(matrix, first, v, y):  # type: ignore[no-untyped-def]
             y[3, j] += d0 * v0 + d1 * v1 + d2 * v2 + d3 * v3
 
 
-@inline
+@written_in
 def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type: ignore[no-untyped-def]
     """Fill `q` (4, LANES) with q log2(q) of the squared distances from four centres on.
 
@@ -99,33 +99,39 @@ def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type
         flat[i] *= exponents[i] + f * p
 
 
-@inline
+@written_in
 def _compare(  # type: ignore[no-untyped-def]
     pairs, first, stop, shift, centres, centre_squares, weights, tail, wanted, totals
 ):
     """Fill `totals` from `first` to `stop`, at most LANES further; see `evolve`."""
-    n, d = centres.shape[0], shift.shape[0]
-    x = np.zeros((2, centres.shape[1], LANES), dtype=np.float32)
-    squares, total = np.empty((2, LANES), dtype=np.float32), np.zeros(LANES, dtype=np.float32)
-    q, y = np.empty((4, LANES), dtype=np.float32), np.empty((4, LANES), dtype=np.float32)
-    parts = np.empty((2, 4 * LANES), dtype=np.float32)
-    phi = np.empty((n, LANES), dtype=np.float32)
+    n, d, d_pad = centres.shape[0], shift.shape[0], centres.shape[1]
+    # All of one kind, and filled here: numba compiles room and zeros for each kind anew.
+    x, phi = np.empty((2 * d_pad, LANES), np.float32), np.empty((n, LANES), np.float32)
+    q, y = np.empty((4, LANES), np.float32), np.empty((4, LANES), np.float32)
+    parts, sums = np.empty((2, 4 * LANES), np.float32), np.empty((2, LANES), np.float32)
+    squares, total = sums[0], sums[1]
+    for k in range(2 * d_pad):
+        for j in range(LANES):
+            x[k, j] = _ZERO
+    for j in range(LANES):
+        total[j] = _ZERO
     for half in range(2):
-        _load(pairs, first, stop, half * d, shift, x[half], squares[half])
+        own = x[half * d_pad : (half + 1) * d_pad]
+        _load(pairs, first, stop, half * d, shift, own, squares)
         for i in range(0, n, 4):
-            _four_kernels(x[half], squares[half], centres, centre_squares, i, q, parts)
+            _four_kernels(own, squares, centres, centre_squares, i, q, parts)
             for k in range(4):
                 for j in range(LANES):
                     phi[i + k, j] = q[k, j] if half == 0 else phi[i + k, j] - q[k, j]
-    for k in range(x.shape[1]):
+    for k in range(d_pad):
         for j in range(LANES):
-            x[0, k, j] -= x[1, k, j]
+            x[k, j] -= x[d_pad + k, j]
     for row in range(0, weights.shape[0], 4):
         for k in range(4):
             for j in range(LANES):
                 y[k, j] = _ZERO
         _add_product(weights, row, phi, y)
-        _add_product(tail, row, x[0], y)
+        _add_product(tail, row, x[:d_pad], y)
         for k in range(4):
             for j in range(LANES):
                 total[j] += wanted[row + k] * abs(y[k, j])

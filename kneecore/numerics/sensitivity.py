@@ -16,9 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: a page's start needs none
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.stats import qmc
 
 from kneecore.errors import ModelError
 from kneecore.numerics.sampling import n_drawn
@@ -27,6 +26,8 @@ from kneecore.numerics.sampling_options import check_seed
 __all__ = ["Indices", "sobol_indices"]
 
 FloatArray = NDArray[np.float64]
+BATCH = 64
+"""Base rows that are evaluated at once; a power of two."""
 MAX_TRIES = 4
 """Base rows that are tried at most for each that is wanted, where models fail."""
 
@@ -75,7 +76,7 @@ def _design(
     callback: Callable[[int, int], object] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
     """Evaluate base rows until `n_base` of them are whole; also count evaluations and failures."""
-    engine = qmc.Sobol(2 * n_dimensions, rng=np.random.default_rng(seed))
+    engine = scipy.stats.qmc.Sobol(2 * n_dimensions, rng=np.random.default_rng(seed))
     kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     n_good = n_tried = 0
     size = min(batch, n_base)
@@ -101,7 +102,7 @@ def _estimate(
 ) -> tuple[FloatArray, FloatArray]:
     """Return SciPy's first-order and total indices, shapes (s, d), of some of the base rows."""
     f_a, f_b, f_ab = evaluations
-    found = stats.sobol_indices(
+    found = scipy.stats.sobol_indices(
         func={
             "f_A": np.ascontiguousarray(f_a[rows].T),
             "f_B": np.ascontiguousarray(f_b[rows].T),
@@ -120,7 +121,7 @@ def sobol_indices(
     n_base: int = 1024,
     seed: int = 0,
     n_resamples: int = 0,
-    batch: int = 64,
+    batch: int = BATCH,
     callback: Callable[[int, int], object] | None = None,
 ) -> Indices:
     """Return Sobol' indices of a model on the unit cube, its inputs uniform and independent.

@@ -44,6 +44,14 @@ LANES = 96
 
 
 @inline
+def _clear(x):  # type: ignore[no-untyped-def]
+    """Fill the lanes of padded dimensions with zeros, for good; the others are loaded over."""
+    for k in range(x.shape[0]):
+        for j in range(LANES):
+            x[k, j] = 0.0
+
+
+@inline
 def load(points, first, begin, d, x):  # type: ignore[no-untyped-def]
     """Load `d` columns from `begin` of rows `first` on into the lanes of `x` (d padded, LANES)."""
     for j in range(LANES):
@@ -122,8 +130,9 @@ def evaluate(
         Shapes (n, d), (m, n), (m, d) and (m,), padded as the module says.
     """
     n = centres.shape[0]
-    x, y = np.zeros((centres.shape[1], LANES)), np.empty((weights.shape[0], LANES))
+    x, y = np.empty((centres.shape[1], LANES)), np.empty((weights.shape[0], LANES))
     q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
+    _clear(x)
     flat_q, flat_log = q.reshape(n * LANES), log_q.reshape(n * LANES)
     for first in range(0, points.shape[0], LANES):
         load(points, first, 0, points.shape[1], x)
@@ -156,9 +165,10 @@ def weighted_gradient(
     `evaluate`.
     """
     n, d, m = centres.shape[0], centres.shape[1], sums.shape[1]
-    x, g, s = np.zeros((d, LANES)), np.empty((d, LANES)), np.empty((m, LANES))
+    x, g, s = np.empty((d, LANES)), np.empty((d, LANES)), np.empty((m, LANES))
     q, log_q, parts = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((2, n * LANES))
     pull = np.empty(LANES)
+    _clear(x)
     for first in range(0, points.shape[0], LANES):
         load(points, first, 0, points.shape[1], x)
         load(sums, first, 0, m, s)

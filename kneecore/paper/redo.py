@@ -5,7 +5,7 @@ Examples
 >>> import kneecore
 >>> report = kneecore.redo_paper(quick=True)
 >>> report.by_outcome("agrees")[0].claim.statement
-'The baseline comes to rest at every load'
+'The baseline settles at every load'
 """
 
 import time

@@ -3,8 +3,8 @@
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.report.tables import significant, with_unit
+from kneecore.search.half_bound import MAX_ENUMERATED
 from kneecore.search.result import BoundEvidence, SampledBound, SearchResult
-from kneecore.search.sampled_bound import MAX_ENUMERATED
 
 __all__ = ["bound_lines", "premise"]
 
@@ -45,7 +45,12 @@ def bound_lines(result: SearchResult) -> list[str]:
         return [*lines, _no_bound_line(bound)]
     where = " at rest (motion has no slopes)" if at_rest else ""
     looks = max(one.n_looks for one in bound.bounds)
-    near = f"; at most {looks} of them needed a closer look" if looks else ""
+    near = ""
+    if looks:
+        near = (
+            f"; at most {looks} of them needed a closer look, over faces and halves of the bounds, "
+            "each with a sampled range of its own"
+        )
     lines.append(
         f"f{where} is at most, over all {bound.n_patterns:,} patterns of signs (by slopes over the "
         f"whole bounds{near}):"

@@ -12,6 +12,7 @@ from kneecore.knee.physics.dynamics import TURN_LIMIT
 from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.readings import deficit_deg, over_extension_deg
 from kneecore.presented import Words
+from kneecore.report.marks import counted_by_row
 from kneecore.report.outputs import NO_PROOF, label, origin, shown
 from kneecore.report.search import objective_text
 from kneecore.report.tables import render, table, with_unit
@@ -81,7 +82,7 @@ def _knee_footer(sweep: BoundSweep, knee: Knee) -> str:
     return (
         "Deficit (of extension) and over-extension: of the two knees with the largest f, at the "
         f"largest extension moment. {at_the_end}Least and largest: angles of any knee within the "
-        "bound there. "
+        f"bound there. {counted_by_row(sweep.marks, 'these knees')}"
         f"The slope's bound changes in proportion; true model, solver: {knee.solver}, seed "
         f"{sweep.settings.seed}. {NO_PROOF}\n{origin(knee)}"
     )
@@ -111,6 +112,7 @@ def _footer(sweep: BoundSweep) -> str:
     return (
         f"Pair, least and largest: {label(sweep.model, sweep.column)}; of the two models with the "
         "largest f, and of any model within the bounds. "
+        f"{counted_by_row(sweep.marks, 'these models')}"
         f"{how_searched(in_model=sweep.in_model)} Seed {sweep.settings.seed}.\n"
         f"{origin(sweep.model)}"
     )

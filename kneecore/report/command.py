@@ -32,6 +32,9 @@ def _knee_words(knee: Knee) -> list[tuple[str, Any, Any]]:
         ]
     return [
         *words,
+        ("--distribution", space.distribution, "uniform"),
+        ("--deviations", space.deviations, None),
+        ("--quantile", space.quantile, None),
         ("--solver", knee.solver, "dynamics"),
         ("--rest-length", knee.rest_length, "recomputed"),
     ]

@@ -11,7 +11,8 @@ from rich.text import Text
 from kneecore.knee.model import Knee
 from kneecore.model import Model
 from kneecore.presented import Words
-from kneecore.report.outputs import heading, label, origin
+from kneecore.report.marks import counted
+from kneecore.report.outputs import drawn_line, heading, label, origin
 from kneecore.report.tables import render, table
 from kneecore.study.influence import InfluenceResult
 
@@ -93,10 +94,11 @@ def _groups(found: InfluenceResult) -> list[Table]:
 
 def _footer(found: InfluenceResult) -> str:
     used = found.indices
+    became = [f"{used.n_failed_rows} rows replaced since a model failed", *counted(found.counts)]
+    drawn = "".join(f"{line}\n" for line in drawn_line(found.model))
     return (
-        f"{used.n_base} base rows (a power of two), {used.n_evaluations:,} models, "
-        f"{used.n_failed_rows} rows replaced since a model failed; "
-        f"{found.seconds['total']:.2f} s.\n{origin(found.model)}"
+        f"{used.n_base} base rows (a power of two), {used.n_evaluations:,} models: "
+        f"{', '.join(became)}; {found.seconds['total']:.2f} s.\n{drawn}{origin(found.model)}"
     )
 
 

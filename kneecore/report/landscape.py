@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from kneecore.presented import Words
+from kneecore.report.marks import counted
 from kneecore.report.outputs import heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.landscape import Landscape
@@ -50,11 +51,12 @@ def _footer(found: Landscape) -> str:
     between = []
     for name in found.names:
         one = model.inputs[model.names.index(name)]
-        low, high = (f"{one.shown(v):.6g}" for v in (one.lower, one.upper))
+        low, high = (f"{one.shown(v):.6g}" for v in one.box)
         between.append(f"{name} from {low} to {with_unit(high, one.label)}")
+    became = ", ".join([f"{found.n_failed} failed", *counted(found.counts)])
     return (
-        f"{' and '.join(between)}; the others are held. {found.n_models:,} models, "
-        f"{found.n_failed} failed.\n{origin(model)}"
+        f"{' and '.join(between)}; the others are held. {found.n_models:,} models: {became}.\n"
+        f"{origin(model)}"
     )
 
 

@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kneecore.knee.response import Response
 
-__all__ = ["MEANINGS", "counted", "legend", "mark"]
+__all__ = ["MEANINGS", "counted", "counted_by_row", "legend", "mark"]
 
 MEANINGS = {
     "*": "not settled: it turned by 0.2 deg or more in the load's last 0.5 s",
@@ -47,3 +48,13 @@ def counted(counts: Mapping[str, int], prefix: str = "") -> list[str]:
         for kind, words in _COUNTED.items()
         if prefix + kind in counts
     ]
+
+
+def counted_by_row(marks: Mapping[str, NDArray[np.int64]], what: str) -> str:
+    """Return how many of `what` bear each mark in each of a table's rows; nothing without marks."""
+    told = [
+        f"{', '.join(map(str, counts))} {_COUNTED[kind]}"
+        for kind, counts in marks.items()
+        if kind in _COUNTED
+    ]
+    return f"Of {what}, row by row: {'; '.join(told)}. " if told else ""

@@ -9,7 +9,7 @@ from rich.text import Text
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
 from kneecore.report.marks import counted
-from kneecore.report.outputs import failure_lines, heading, label, origin, shown
+from kneecore.report.outputs import drawn_line, failure_lines, heading, label, origin, shown
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.monte_carlo import MonteCarloResult
 
@@ -53,12 +53,15 @@ def _rows(study: MonteCarloResult) -> Table:
 def _footer(study: MonteCarloResult) -> str:
     settings, counts = study.settings, study.counts
     cut = " (cancelled)" if study.stop_reason == "cancelled" else ""
-    drawn = settings.sampling
+    drawn: str = settings.sampling
+    if drawn == "uniform" and study.model.drawn_as:
+        drawn = "independent"
     told = f"{drawn}, rounded up to a power of two" if drawn == "sobol" else drawn
     became = [f"{study.n_failed} failed", *counted(counts)]
     lines = [
         f"{study.n_samples:,} samples{cut} ({told}, seed {settings.seed}): "
         f"{', '.join(became)}; {study.seconds['sampling']:.2f} s.",
+        *drawn_line(study.model),
         *failure_lines(study.model),
         origin(study.model),
     ]

@@ -9,7 +9,18 @@ from kneecore.model import Model
 from kneecore.report.knee_pair import knee_footer
 from kneecore.report.tables import number, significant, with_unit
 
-__all__ = ["NO_PROOF", "failure_lines", "heading", "label", "origin", "shown", "solver", "spread"]
+__all__ = [
+    "NO_PROOF",
+    "drawn_line",
+    "failure_lines",
+    "heading",
+    "label",
+    "origin",
+    "quantile_line",
+    "shown",
+    "solver",
+    "spread",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,6 +66,21 @@ def solver(model: Model) -> str:
 def origin(model: Model) -> str:
     """Return which model it was, and what a reader must know of it."""
     return knee_footer(model) if isinstance(model, Knee) else f"Model: {model.name}."
+
+
+def drawn_line(model: Model) -> list[str]:
+    """Return how samples are drawn, where it is not uniformly within the bounds."""
+    return [f"Inputs: {model.drawn_as}."] if model.drawn_as else []
+
+
+def quantile_line(model: Model) -> list[str]:
+    """Return what a search's bounds are, where they are not the stated ones."""
+    free = (one for one, free in zip(model.inputs, model.free, strict=True) if free)
+    shares = sorted({one.quantile for one in free if one.quantile is not None})
+    if not shares:
+        return []
+    told = " or ".join(f"{100.0 * share:g}" for share in shares)
+    return [f"Bounds: the central {told} % of each distribution ({model.drawn_as})."]
 
 
 def spread(model: Model, values: FloatArray, digits: int) -> str:

@@ -80,7 +80,7 @@ def sampling(done: Experiments) -> list[Block]:
         Paragraph(
             f"{drawn.n_samples:,} uniform samples of the true model: {drawn.n_failed} failed and "
             f"left out, {drawn.counts['refined']} with a smaller time step, "
-            f"{drawn.counts['unsettled']:,} not at rest at some load."
+            f"{drawn.counts['unsettled']:,} unsettled at some load."
         ),
         Table(columns, rows),
     ]

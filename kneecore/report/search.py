@@ -16,7 +16,7 @@ from kneecore.report.command import command_line
 from kneecore.report.evidence import comparison_lines, evidence_lines, repair_line
 from kneecore.report.knee_pair import difference_lines, knee_footer, knee_summary, knee_tables
 from kneecore.report.marks import counted, legend
-from kneecore.report.outputs import failure_lines
+from kneecore.report.outputs import failure_lines, quantile_line
 from kneecore.report.step_check import step_lines
 from kneecore.report.tables import render, significant, table, with_unit
 from kneecore.search.result import SearchResult
@@ -136,6 +136,7 @@ def _footer(result: SearchResult) -> str:
     held = len(model.inputs) - model.n_free
     lines = legend(result.responses.values()) + step_lines(result.responses)
     lines += [f"Held at the baseline: {held} parameters."] if held else []
+    lines += quantile_line(model)
     if result.training_x is not None:
         error = "unknown (too few samples)"
         if result.loo_rms is not None:

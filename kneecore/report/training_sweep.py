@@ -10,6 +10,7 @@ from rich.text import Text
 
 from kneecore.knee.model import Knee
 from kneecore.presented import Words
+from kneecore.report.marks import counted
 from kneecore.report.outputs import origin, solver, spread
 from kneecore.report.tables import render, table, with_unit
 from kneecore.study.training_sweep import TrainingSweep
@@ -67,6 +68,8 @@ def _footer(sweep: TrainingSweep) -> str:
     models, at_worst, each = "models", "output that is ranked worst", "outputs"
     if isinstance(sweep.model, Knee):
         models, at_worst, each = "knees", "angles at the worst load", "angles"
+    became = counted(sweep.counts)
+    of_all = f" Of all {models} that were run: {', '.join(became)}." if became else ""
     return (
         f"Gap: what the true f of the best pair lacks of the surrogate's f. Ranks: Spearman's "
         f"correlation of surrogate and true model over {sweep.n_test} new {models}, of f over "
@@ -74,7 +77,7 @@ def _footer(sweep: TrainingSweep) -> str:
         f"Time: sampling, fit and search.\n"
         f"Method: {sweep.settings.method}{solver(sweep.model)}, {sweep.settings.n_seeds} seeds "
         f"from {sweep.settings.seed}; {int(sweep.n_failed.sum())} training samples failed and "
-        f"were left out.\n{origin(sweep.model)}"
+        f"were left out.{of_all}\n{origin(sweep.model)}"
     )
 
 

@@ -11,7 +11,8 @@ from typing import Any
 from kneecore._arguments import file_name, shown, shown_name
 from kneecore._untrusted import parse_toml, read_text
 from kneecore.errors import FileFormatError, KneecoreError
-from kneecore.inputs import Input, Output
+from kneecore.inputs import Input
+from kneecore.outputs import Output
 from kneecore.runs.functions import function_named
 from kneecore.runs.program import Program
 from kneecore.runs.readers import CsvOutput, JsonOutput, Read, TextOutput
@@ -21,9 +22,10 @@ __all__ = ["read_model_file"]
 LARGEST = 1 << 20
 """Bytes of a model's file."""
 
-_TOP = ("name", "note", "inputs", "outputs", "function", "program", "runs")
+_TOP = ("name", "note", "inputs", "outputs", "correlation", "function", "program", "runs")
 _INPUT = (
-    "name", "nominal", "tolerance_percent", "half_range", "lower", "upper", "unit", "shown_unit",
+    "name", "nominal", "tolerance_percent", "half_range", "lower", "upper", "integer", "choices",
+    "distribution", "deviations", "mode", "least", "most", "quantile", "unit", "shown_unit",
     "shown_scale", "measurement",
 )  # fmt: skip
 _OUTPUT = ("name", "unit", "axis", "axis_name", "axis_unit", "scale")
@@ -137,6 +139,7 @@ def _program(table: Any, folder: Path, inputs: list[Input], runs: Mapping[str, A
             where.get("template"),
             readers,
             names=[i.name for i in inputs],
+            whole=[i.name for i in inputs if i.whole],
             needed=[i.name for i in inputs if i.upper > i.lower],
             files=[_path(folder, "program.files", f) for f in _list(table.get("files", []))],
             folder=where.get("folder"),
@@ -175,7 +178,10 @@ def _options(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         options |= _functions(document["function"], folder)
     else:
         options["run"] = _program(document["program"], folder, inputs, runs)
-    return options | {"name": document.get("name", "model")}
+    for key in ("correlation", "name"):
+        if key in document:
+            options[key] = document[key]
+    return options
 
 
 def read_model_file(path: Any, make: Callable[..., Any]) -> Any:
@@ -190,6 +196,8 @@ def read_model_file(path: Any, make: Callable[..., Any]) -> Any:
     folder = Path(name).resolve().parent
     try:
         document = parse_toml(read_text(name, LARGEST), LARGEST)
-        return make(**_options(document, folder))
+        made = make(**_options(document, folder))
+        made.file = name
+        return made
     except (_Wrong, KneecoreError) as error:
         raise FileFormatError(f"{shown_name(name)}: {error}") from None

@@ -67,6 +67,8 @@ class Program:
         What the run's folder (a `Path`) holds, as numbers.
     names : sequence of str
         The inputs in the order of a point.
+    whole : sequence of str
+        Those that are whole numbers, and are written so.
     needed : sequence of str
         Those that must have a field.
     files : sequence of str or path
@@ -93,6 +95,7 @@ class Program:
         read: Any,
         *,
         names: Sequence[str],
+        whole: Sequence[str] = (),
         needed: Sequence[str],
         files: Sequence[str | os.PathLike[str]] = (),
         folder: str | os.PathLike[str] | None = None,
@@ -101,6 +104,7 @@ class Program:
     ) -> None:
         self.command = _command(command)
         self.names, self.timeout_s = tuple(names), timeout_s
+        self.whole = frozenset(whole)
         self.read = checked_read(read)
         self.keep_runs = choice("keep_runs", keep_runs, get_args(KeepRuns))
         self.files = tuple(os.path.abspath(file_name("files", file)) for file in files)
@@ -122,7 +126,7 @@ class Program:
         return content, Path(path).name.removesuffix(".template")
 
     def _check_fields(self, needed: Sequence[str]) -> None:
-        found = fields_in("\n".join([*self.command, self.template or ""]), self.names)
+        found = fields_in("\n".join([*self.command, self.template or ""]), self.names, self.whole)
         missing = [name for name in needed if name not in found]
         if missing:
             raise ParameterError(
@@ -161,6 +165,7 @@ class Program:
         """
         folder = self._made_folder()
         values = dict(zip(self.names, x.tolist(), strict=True))
+        values |= {name: int(values[name]) for name in self.whole}
         try:
             self._fill(folder, values)
             self._run(folder, values)

@@ -1,7 +1,7 @@
 """Input files with fields such as ``{k_1}`` or ``{k_1:.6e}`` in the place of numbers."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 from kneecore._arguments import shown
 from kneecore.errors import ParameterError
@@ -15,8 +15,8 @@ def _pattern(names: Sequence[str]) -> re.Pattern[str]:
     return re.compile(r"\{(" + known + r")(?::([^{}\n]*))?\}")
 
 
-def fields_in(template: str, names: Sequence[str]) -> set[str]:
-    """Return which of the inputs have a field in a text.
+def fields_in(template: str, names: Sequence[str], whole: Set[str] = frozenset()) -> set[str]:
+    """Return which of the inputs have a field in a text; some are `whole` numbers.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def fields_in(template: str, names: Sequence[str]) -> set[str]:
         found.add(field[1])
         if field[2] is not None:
             try:
-                format(1.0, field[2])
+                format(1 if field[1] in whole else 1.0, field[2])
             except ValueError:
                 raise ParameterError(
                     f"`template` has the field {shown(field[0])}; a format of a number such as "

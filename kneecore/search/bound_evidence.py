@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from kneecore.errors import ModelError
 from kneecore.model import Model, Slopes
+from kneecore.search.half_bound import MAX_ENUMERATED
 from kneecore.search.pattern_climb import pair_value
 from kneecore.search.result import BoundEvidence, Evidence, SampledBound
-from kneecore.search.sampled_bound import MAX_ENUMERATED, bound_pair
+from kneecore.search.sampled_bound import bound_pair
 from kneecore.search.slope_signs import slope_signs, vertices
 
 __all__ = ["WIDENINGS_PERCENT", "bound_evidence"]

@@ -148,7 +148,7 @@ def exact_pair(
             )
         if many_failed:
             moved = evolve_pair(
-                UnitModel(model),
+                UnitModel(model.screening),
                 moved,
                 weights,
                 stages=THOROUGH if settings.thorough else QUICK,

@@ -14,6 +14,7 @@ from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.best_seen import BestSeen
 from kneecore.search.bound_evidence import bound_evidence
+from kneecore.search.discrete import polished_pair
 from kneecore.search.exact_model import exact_pair
 from kneecore.search.problem import Found, Outcome, Problem, verified
 from kneecore.search.result import Evidence
@@ -86,14 +87,21 @@ def climb_surrogate(
         settings=ExactSettings(seed=problem.settings.seed),
         report=watch,
     )
+    u, value = found.u, found.value
+    history = [*watch.history, value]
+    evidence: Evidence | None = found.evidence
+    box = problem.model.model
+    if box.grids:  # what was climbed on the way there is between allowed values
+        u, value = polished_pair(surrogate, problem.weights, u, box)
+        history, evidence = [value], None
     return Found(
-        u=found.u,
-        run_values=(found.value,),
+        u=u,
+        run_values=(value,),
         best_run=0,
-        history=np.array([*watch.history, found.value]),
+        history=np.array(history),
         n_evaluations=0,
         stop_reason=watch.stop_reason,
-        evidence=found.evidence,
+        evidence=evidence,
     )
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ from kneecore.numerics.genetic import GeneticResult, maximize
 from kneecore.numerics.pair import ModelPair, SurrogatePair
 from kneecore.progress import Callback, Progress
 from kneecore.record import Arrays, KeptStep, kept_step, recording
+from kneecore.search.discrete import OnGrids
 from kneecore.search.problem import Found, Outcome, Problem, verified
 from kneecore.search.settings import SearchSettings
-from kneecore.search.training import train
+from kneecore.search.training import Training, train
 from kneecore.unit_model import UnitModel
 
 __all__ = ["find_pair", "search_pair"]
@@ -138,6 +140,13 @@ def search_pair(
     )
 
 
+def _surrogate_pair(problem: Problem, training: Training) -> ModelPair | SurrogatePair:
+    model, surrogate = problem.model.model, training.surrogate
+    if model.grids:
+        return ModelPair(OnGrids(surrogate, model), problem.weights)
+    return SurrogatePair(surrogate, problem.weights, problem.threads)
+
+
 def find_pair(problem: Problem) -> Outcome:
     """Find the two points of the unit cube whose outputs differ most.
 
@@ -151,9 +160,10 @@ def find_pair(problem: Problem) -> Outcome:
     objective: ModelPair | SurrogatePair = ModelPair(problem.model, problem.weights)
     if settings.search_space == "surrogate":
         training = train(problem.model, settings, callback)
-        objective = SurrogatePair(training.surrogate, problem.weights, problem.threads)
+        objective = _surrogate_pair(problem, training)
     begun = time.perf_counter()
     found = search_pair(objective, problem.n_dimensions, settings, callback)
+    found = replace(found, u=problem.model.model.snapped(found.u))
     begun -= problem.model.seconds_before  # before it was stopped, if it was
     if callback is not None:
         callback(Progress(stage="verify", done=0, total=2, best=found.value, run=found.best_run))

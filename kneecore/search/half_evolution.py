@@ -4,7 +4,8 @@ Where bounds are so wide that models fail within them, many inputs of a worst ca
 bounds, and climbs that throw inputs from bound to bound stop short of it. For the signs of a pair's
 own differences its two models have nothing to do with each other: one maximises the signed sum of
 the outputs, the other minimises it. Both are evolved abreast, first widely and then near the best,
-each time for the signs of the pair so far.
+each time for the signs of the pair so far. The model may let doomed runs fail early
+(`Model.screening`): near the best pairs they are many, and cost more than all others.
 """
 
 from dataclasses import dataclass

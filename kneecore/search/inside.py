@@ -14,8 +14,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from kneecore.box import Box
 from kneecore.numerics.box_climb import climb
 from kneecore.numerics.kriging import Kriging
+from kneecore.search.discrete import polished
 
 __all__ = ["Half", "best_places", "highest", "is_new", "thrown"]
 
@@ -76,6 +78,7 @@ def highest(
     deviations: float,
     best: FloatArray,
     rng: np.random.Generator,
+    box: Box,
 ) -> tuple[FloatArray, FloatArray]:
     """Return points (n, d) where so many deviations above the mean are most, and how much there.
 
@@ -88,17 +91,25 @@ def highest(
         value = half.sign * mean + deviations * sd
         return value, half.sign * slope + deviations * sd_slope, value[:, None]
 
+    def level(u: FloatArray) -> FloatArray:
+        return slopes(u, u)[2]
+
     looks = np.vstack([best, _flipped(best), _looks(best, rng)])
     values = slopes(looks, looks)[0]
     starts = looks[np.append(0, np.argsort(-values, kind="stable")[:_N_CLIMBS])]
     ends = climb(slopes, starts, np.ones((len(starts), 1)))
-    order = np.argsort(-ends.values, kind="stable")
-    return ends.u[order], ends.values[order]
+    u, reached = ends.u, ends.values
+    if box.grids:
+        one = np.ones(1)
+        u = np.array([polished(level, one, end, box.grids) for end in box.snapped(u)])
+        reached = level(u)[:, 0]
+    order = np.argsort(-reached, kind="stable")
+    return u[order], reached[order]
 
 
-def thrown(process: Kriging, half: Half, best: FloatArray) -> FloatArray:
+def thrown(process: Kriging, half: Half, best: FloatArray, box: Box) -> FloatArray:
     """Return the best run (d,) with the most hopeful input at its other bound, none twice."""
-    u = _flipped(best)
+    u = box.snapped(_flipped(best))
     mean, sd = process(u)[:2]
     hope = half.sign * mean + max(_DEVIATIONS) * sd
     hope[list(half.thrown)] = -np.inf

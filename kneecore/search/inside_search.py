@@ -13,10 +13,11 @@ from kneecore.numerics.kriging import Kriging, likely
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Cancelled, Clock, Progress
 from kneecore.search.checks import MOST, Checks, looked_at
+from kneecore.search.discrete import combinations
 from kneecore.search.exact_search import climb_surrogate
 from kneecore.search.inside import Half, best_places, highest, is_new, thrown
 from kneecore.search.problem import Found, Outcome, Problem, pair_value
-from kneecore.search.result import Repair, RepairRound, gap_percent
+from kneecore.search.result import Repair, RepairRound, Verdict, gap_percent
 from kneecore.search.settings import SearchSettings
 from kneecore.search.training import Training, train
 from kneecore.search.verdict import Seen, judged, ranks_of
@@ -33,6 +34,7 @@ _FIRST_ERROR = 0.05  # of f
 _FLAT = 1e-12  # of the outputs' size: smaller differences are rounding
 _GROWTH = 1.05  # of the runs, before the surrogate's lengths are looked for again
 _PAIR = 2
+_N_ANYWHERE = 200  # random points, where nothing else is new
 _DEVIATIONS = 2.0  # above the mean: what counts as possible
 _ROUGH = 0.1  # of f: where a left-out run errs by more, a jump is looked for
 
@@ -41,7 +43,7 @@ class _Search:
     """The state of one search."""
 
     def __init__(self, problem: Problem, training: Training) -> None:
-        self._problem, self._weights = problem, problem.weights
+        self._problem, self._weights, self.box = problem, problem.weights, problem.model.model
         self.points, self.values = training.points, training.values
         self.n_first = len(training.points)
         self._rng = np.random.default_rng([problem.settings.seed, 1])
@@ -50,7 +52,7 @@ class _Search:
         self._lengths_due = 0.0
         self.rounds: list[RepairRound] = []
         self.history: list[float] = []
-        self.cancelled = False
+        self.cancelled = self.exhausted = False
         self.checks = Checks()
         self.n_failed_best = 0
         self._clock = Clock()
@@ -101,7 +103,7 @@ class _Search:
         return Kriging(self.points, np.where(good, sums, np.median(sums[good])), self._theta)
 
     def _highest(self, half: Half, deviations: float) -> tuple[FloatArray, FloatArray]:
-        return highest(self.process, half, deviations, self._best_of(half), self._rng)
+        return highest(self.process, half, deviations, self._best_of(half), self._rng, self.box)
 
     def _best_of(self, half: Half) -> FloatArray:
         best: FloatArray = self.points[int(np.nanargmax(self.values @ half.sums))]
@@ -154,7 +156,7 @@ class _Search:
         settings = self._problem.settings
         allowed = settings.n_repair
         try:
-            while not self.constant and not self.quiet:
+            while not self.constant and not self.quiet and not self.exhausted:
                 left = allowed - self.n_added - self._n_kept
                 if left <= 0:
                     break
@@ -172,7 +174,7 @@ class _Search:
             self.values,
             self.places,
             self.halves[0].sums,
-            rough=self._rough and left >= MOST,
+            rough=self._rough and left >= MOST and not self.box.grids,
         )
 
     def _run(self, u: FloatArray) -> FloatArray:
@@ -200,7 +202,13 @@ class _Search:
         n_optima = len(chosen)
         while len(chosen) < size:
             half = self._doubtful_half()
-            chosen.append((half, self._trial(half, [u for _, u in chosen])))
+            u = self._trial(half, [u for _, u in chosen])
+            if u is None:
+                break
+            chosen.append((half, u))
+        if not chosen:
+            self.exhausted = True
+            return
         u = np.vstack([point for _, point in chosen])
         predicted = self.process(u)[0]
         y = self._run(u)
@@ -236,18 +244,16 @@ class _Search:
                     chosen.append((half, u))
         return chosen
 
-    def _trial(self, half: Half, chosen: list[FloatArray]) -> FloatArray:
-        """Return a point that may be better than the surrogate says."""
+    def _trial(self, half: Half, chosen: list[FloatArray]) -> FloatArray | None:
+        """Return a point that may be better than the surrogate says; None if all are known."""
         known = np.vstack([self.points, *chosen])
         deviations = half.deviations()
         if deviations is None:
-            ends = thrown(self.process, half, self._best_of(half))[None]
+            ends = thrown(self.process, half, self._best_of(half), self.box)[None]
         else:
             ends, _ = self._highest(half, deviations)
-        new = [u for u in ends if is_new(u, known)]
-        new.append(self._rng.random(self.points.shape[1]))
-        chosen_point: FloatArray = new[0]
-        return chosen_point
+        anywhere = self.box.snapped(self._rng.random((_N_ANYWHERE, self.points.shape[1])))
+        return next((u for u in (*ends, *anywhere) if is_new(u, known)), None)
 
     def _doubtful_half(self) -> Half:
         """Draw a half, the more often the more its predictions have been wrong of late."""
@@ -301,8 +307,17 @@ def _outcome(problem: Problem, search: _Search, first: Training, seconds: float)
             "verify": 0.0,
         },
         repair=_repair(search, settings),
-        verdict=judged(None if search.constant else _seen(search)),
+        verdict=_verdict(search),
     )
+
+
+def _verdict(search: _Search) -> Verdict:
+    if search.constant:
+        return judged(None)
+    all_run = len(search.points) == combinations(search.box)
+    if all_run and np.isfinite(search.values).all():
+        return Verdict(word="trusted")
+    return judged(_seen(search))
 
 
 def _repair(search: _Search, settings: SearchSettings) -> Repair:

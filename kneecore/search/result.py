@@ -59,7 +59,7 @@ class SampledBound:
     """Sampled bound of f in the model with gradients: for knees, at rest."""
     n_looks: int
     """Patterns of signs that slopes over the box did not rule out, and that were looked at on their
-    own faces."""
+    own faces and in parts of the box, each with a sampled range of its own."""
 
 
 @dataclass(frozen=True, kw_only=True)

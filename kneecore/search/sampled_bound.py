@@ -5,11 +5,14 @@ is further from its value at a vertex than slopes allow on the way there. With s
 the whole box, that is said of all patterns at once, and rules most of them out. On those that are
 left one looks closer: an input whose slope keeps its sign over all samples is put on its better
 side; on the face that is left slopes are sampled anew, until no more inputs are decided, and the
-vertices of the others are enumerated. Every range in this is sampled: no proof.
+vertices of the others are enumerated. Of a pattern that is still not ruled out the box is halved in
+the input that leaves most open, and slopes are sampled anew in both parts; a widening is a share of
+each part's own range. Every range in this is sampled: no proof.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from heapq import heapify, heapreplace
 from itertools import product
 
 import numpy as np
@@ -18,31 +21,21 @@ from threadpoolctl import threadpool_limits
 
 from kneecore.errors import ModelError
 from kneecore.numerics.box_climb import Slopes
+from kneecore.search.half_bound import Half, Range, failing, points, rise, widened
 from kneecore.search.settings import MAX_COUNTING
 
-__all__ = ["MAX_ENUMERATED", "HalfBound", "PairBound", "bound_half", "bound_pair"]
+__all__ = ["PairBound", "bound_pair"]
 
 FloatArray = NDArray[np.float64]
-Range = tuple[FloatArray, FloatArray]
 Tell = Callable[[float], object]
 
-MAX_ENUMERATED = 12
-"""Inputs without a sign of their own up to which vertices are enumerated."""
 MAX_LOOKS = 24
 """Patterns that are looked at closer; for the others the bound by slopes over the box stands."""
+MAX_SPLITS = 48
+"""Times that a box is halved, over all patterns."""
+_ENOUGH = 1.005
+"""Times the f that is known: a bound this near is not worth another part."""
 _BLOCK = 2**20  # numbers of a block of samples with their slopes; patterns take four times that
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class HalfBound:
-    """The largest weighted sum of outputs over the box, as far as samples show."""
-
-    n_one_signed: int
-    """Inputs whose slope kept its sign over the box's samples."""
-    best: float | None
-    """Largest value over the vertices that are left; None if they are too many to enumerate."""
-    bound: float
-    """Sampled bound: from the best vertex or from the middle, whichever is lower."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,85 +52,6 @@ class PairBound:
     """Patterns that slopes over the box could not rule out, and that were looked at closer."""
 
 
-def _fails() -> ModelError:
-    return ModelError("models within the bounds fail; there is no sampled bound over them")
-
-
-def _sampled(slopes: Slopes, u: FloatArray, weights: FloatArray) -> Range:
-    values, gradient, _ = slopes(u, np.tile(weights, (len(u), 1)))
-    if not np.isfinite(values).all():
-        raise _fails()
-    return gradient.min(axis=0), gradient.max(axis=0)
-
-
-def _widened(low: FloatArray, high: FloatArray, widening: float) -> Range:
-    pad = widening * (high - low)
-    return low - pad, high + pad
-
-
-def _rise(low: FloatArray, high: FloatArray, at: FloatArray) -> FloatArray:
-    """Return by how much a value may rise at most on the way from vertices `at`, by the slopes."""
-    most = np.maximum(high * (1.0 - at), -low * at)
-    return np.asarray(np.maximum(0.0, most).sum(axis=-1))
-
-
-def _points(rng: np.random.Generator, n: int, d: int) -> FloatArray:
-    """Half of them spread over the box, half on its vertices, where slopes are often extreme."""
-    u = rng.random((n, d))
-    u[::2] = np.round(u[::2])
-    return u
-
-
-def bound_half(
-    slopes: Slopes,
-    d: int,
-    weights: FloatArray,
-    *,
-    n_samples: int = 9000,
-    widening: float = 0.0,
-    seed: int = 0,
-    box: Range | None = None,
-) -> HalfBound:
-    """Bound a weighted sum of outputs over the unit cube, by sampled slopes.
-
-    `widening` is the share of the sampled range of slopes by which it is taken larger, each side;
-    `box` the range over the whole cube, where it is known.
-    """
-    rng = np.random.default_rng(seed)
-    at = np.full(d, np.nan)
-    n_one_signed: int | None = None
-    while True:
-        if box is None:
-            u = np.where(np.isnan(at), _points(rng, n_samples, d), at)
-            box = _sampled(slopes, u, weights)
-        low, high = _widened(*box, widening)
-        box = None
-        free = np.isnan(at)
-        at[free & (low >= 0.0)] = 1.0
-        at[free & (low < 0.0) & (high <= 0.0)] = 0.0
-        left = np.flatnonzero(np.isnan(at))
-        if n_one_signed is None:
-            n_one_signed = d - len(left)
-        if len(left) in (0, np.count_nonzero(free)):
-            break
-    middle = np.where(np.isnan(at), 0.5, at)[None]
-    value = slopes(middle, weights[None])[0]
-    if not np.isfinite(value).all():
-        raise _fails()
-    bound = float(value[0]) + 0.5 * float(np.maximum(-low[left], high[left]).sum())
-    if len(left) > MAX_ENUMERATED:
-        return HalfBound(n_one_signed=n_one_signed, best=None, bound=bound)
-    vertices = np.tile(at, (2 ** len(left), 1))
-    vertices[:, left] = np.array(list(product((0.0, 1.0), repeat=len(left))))
-    values = slopes(vertices, np.tile(weights, (len(vertices), 1)))[0]
-    if not np.isfinite(values).all():
-        raise _fails()
-    k = int(np.argmax(values))
-    best = float(values[k])
-    rise = float(_rise(low[left], high[left], vertices[k, left]))
-    return HalfBound(n_one_signed=n_one_signed, best=best, bound=min(bound, best + rise))
-
-
 def _box_ranges(
     slopes: Slopes, d: int, units: FloatArray, patterns: FloatArray, n_samples: int, seed: int
 ) -> Range:
@@ -150,12 +64,12 @@ def _box_ranges(
     some = max(1, 4 * _BLOCK // (rows * d))
     low, high = (np.full((len(patterns), d), v) for v in (np.inf, -np.inf))
     for first in range(0, n_samples, rows):
-        u = _points(rng, min(rows, n_samples - first), d)
+        u = points(rng, min(rows, n_samples - first), d)
         each = []
         for unit in units:
             values, gradient, _ = slopes(u, np.tile(unit, (len(u), 1)))
             if not np.isfinite(values).all():
-                raise _fails()
+                raise failing()
             each.append(gradient.ravel())
         by_output = np.stack(each)
         for k in range(0, len(patterns), some):
@@ -174,8 +88,8 @@ def _by_box(slopes: Slopes, weights: FloatArray, low: FloatArray, high: FloatArr
         at = (least + most > 0.0).astype(np.float64)
         values = slopes(at, side * weights)[0]
         if not np.isfinite(values).all():
-            raise _fails()
-        total += values + _rise(least, most, at)
+            raise failing()
+        total += values + rise(least, most, at)
     return total
 
 
@@ -227,33 +141,77 @@ def bound_pair(
     signs = np.array([(1.0, *s) for s in product((1.0, -1.0), repeat=len(counting) - 1)])
     low, high = _box_ranges(slopes, d, units, signs, n_samples, seed)
     found: list[PairBound] = []
-    bound = known
     for widening in widenings:
         if tell is not None:
             tell((1.0 + len(found)) / (1.0 + len(widenings)))
-        first = _by_box(slopes, signs @ units, *_widened(low, high, widening))
-        best, n_looks = known, 0
-        for k in np.argsort(-first, kind="stable"):
-            if first[k] <= bound:
-                break
-            if n_looks == MAX_LOOKS:
-                bound = float(first[k])
-                break
-            n_looks += 1
-            halves = [
-                bound_half(
-                    slopes,
-                    d,
-                    side * (signs[k] @ units),
-                    n_samples=n_samples,
-                    widening=widening,
-                    seed=seed,
-                    box=(low[k], high[k]) if side > 0.0 else (-high[k], -low[k]),
-                )
-                for side in (1.0, -1.0)
-            ]
-            bound = max(bound, min(float(first[k]), sum(h.bound for h in halves)))
-            values = [h.best for h in halves if h.best is not None]
-            best = max(best, sum(values)) if len(values) == 2 else best
-        found.append(PairBound(widening=widening, best=best, bound=bound, n_looks=n_looks))
+        first = _by_box(slopes, signs @ units, *widened(low, high, widening))
+
+        def look(k: int, widening: float = widening) -> _Pattern:
+            return _Pattern(
+                [
+                    Half(slopes, side * (signs[k] @ units), n_samples, widening, seed)
+                    for side in (1.0, -1.0)
+                ],
+                low[k],
+                high[k],
+            )
+
+        one = _over_patterns(first, look, known, widening)
+        least = found[-1].bound if found else known  # a wider range cannot say less
+        found.append(replace(one, bound=max(one.bound, least)))
     return tuple(found)
+
+
+class _Pattern:
+    """A pattern of signs that is looked at closer: the sum's largest value, less its smallest."""
+
+    def __init__(self, halves: list[Half], low: FloatArray, high: FloatArray) -> None:
+        self._halves = halves
+        nothing, whole = np.zeros(len(low)), np.ones(len(low))
+        for half, box in zip(halves, ((low, high), (-high, -low)), strict=True):
+            half.add(nothing, whole, box)
+
+    @property
+    def bound(self) -> float:
+        return sum(half.bound for half in self._halves)
+
+    @property
+    def best(self) -> float:
+        """The largest f that was enumerated; minus infinity where a half was not."""
+        values = [half.best for half in self._halves]
+        return sum(-np.inf if v is None else v for v in values)
+
+    def split(self) -> bool:
+        """Halve a part of the half that leaves more open; return whether there was one."""
+        half = max(self._halves, key=lambda half: half.left_open)
+        if half.left_open <= 0.0:
+            return False
+        half.split()
+        return True
+
+
+def _over_patterns(
+    first: FloatArray, look: Callable[[int], _Pattern], known: float, widening: float
+) -> PairBound:
+    """Bound f over patterns, given bounds (n,) by the box alone: always work on the largest."""
+    waiting = [(-float(bound), k) for k, bound in enumerate(first)]
+    heapify(waiting)
+    looked: dict[int, _Pattern] = {}
+    n_splits = 0
+    while -waiting[0][0] > known:
+        bound, k = -waiting[0][0], waiting[0][1]
+        if k not in looked:
+            if len(looked) == MAX_LOOKS:
+                break
+            looked[k] = look(k)
+        elif bound <= _ENOUGH * known or n_splits == MAX_SPLITS or not looked[k].split():
+            break
+        else:
+            n_splits += 1
+        heapreplace(waiting, (-min(bound, looked[k].bound), k))
+    return PairBound(
+        widening=widening,
+        best=max([known, *(pattern.best for pattern in looked.values())]),
+        bound=max(known, -waiting[0][0]),
+        n_looks=len(looked),
+    )

@@ -15,16 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore.errors import ModelError
+from kneecore._arrays import numbers
+from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Model
-from kneecore.numerics.sampling import batches, uniform
+from kneecore.numerics.sampling import batches
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Clock, Progress
-from kneecore.search.arguments import checked
+from kneecore.search.arguments import check_model, checked
+from kneecore.search.discrete import first_points
 from kneecore.search.settings import SearchSettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "train"]
+__all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "surrogate_through", "train"]
 
 FloatArray = NDArray[np.float64]
 
@@ -107,8 +109,8 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
 
 def _points(model: Model, settings: SearchSettings) -> FloatArray:
     n, d, seed = settings.n_training, model.n_free, settings.seed
-    if model.in_corners:
-        return uniform(n, d, seed)
+    if model.in_corners or model.grids:
+        return first_points(model, n, seed)
     return next(batches(n, d, seed, sampling="latin-hypercube", size=n))
 
 
@@ -175,3 +177,43 @@ def fit_surrogate(
     """
     settings = checked(model, SearchSettings(training_samples=n_samples, seed=seed), callback)
     return TrainedSurrogate(model=model, training=train(UnitModel(model), settings, callback))
+
+
+def surrogate_through(model: Model, x: ArrayLike, y: ArrayLike) -> TrainedSurrogate:
+    """Return the surrogate through samples that are there already, such as those of a search.
+
+    Parameters
+    ----------
+    model : Model
+    x : array_like, shape (n, d)
+        Within its bounds.
+    y : array_like, shape (n, m)
+        The model's outputs; a row that is not finite failed, and is left out.
+
+    Raises
+    ------
+    ParameterError
+        If too few of them did not fail, or they have another shape.
+    """
+    check_model(model)
+    points = model.to_free_unit(x)
+    values = numbers("y", y)
+    if values.shape != (len(points), model.n_outputs):
+        raise ParameterError(
+            f"`y` has shape {values.shape}; ({len(points)}, {model.n_outputs}) is needed, a row "
+            "for each point of `x`"
+        )
+    begun = time.perf_counter()
+    good = np.isfinite(values).all(axis=1)
+    if np.count_nonzero(good) < model.n_free + 1:
+        raise ParameterError(
+            f"`y` has {np.count_nonzero(good)} finite rows; at least {model.n_free + 1} are needed"
+        )
+    training = Training(
+        surrogate=Surrogate.fit(points[good], values[good]),
+        points=points,
+        values=values,
+        seconds_sampling=0.0,
+        seconds_fit=time.perf_counter() - begun,
+    )
+    return TrainedSurrogate(model=model, training=training)

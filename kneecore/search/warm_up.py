@@ -9,12 +9,12 @@ from kneecore.model import Model
 from kneecore.numerics.genetic import GENERATIONS_PER_CALL, maximize
 from kneecore.numerics.pair import SurrogatePair
 from kneecore.numerics.surrogate import Surrogate
+from kneecore.search.ahead import GENERATIONS
 from kneecore.search.arguments import checked
 from kneecore.search.settings import SearchSettings
 
 __all__ = ["warm_up"]
 
-_GENERATIONS = "kneecore.search.warm_up:compile_generations"
 _POINTS = np.array([[0.0], [0.5], [1.0]])
 
 
@@ -43,14 +43,14 @@ def warm_up(
         if not exact:
             maximize(lambda x: x[:, 0], np.zeros(2), np.ones(2), pop_size=10, n_generations=1)
         return
-    compile_apart(_GENERATIONS)
+    compile_apart(GENERATIONS)
     model.warm_up()
     told()
     surrogate = _surrogate()
     surrogate(_POINTS)
     if exact:
         surrogate.weighted_gradient(_POINTS, _POINTS)
-    wait_for(_GENERATIONS)
+    wait_for(GENERATIONS)
     compile_generations()
 
 
@@ -59,6 +59,6 @@ def _surrogate() -> Surrogate:
 
 
 def compile_generations() -> None:
-    """Compile the genetic algorithm in a surrogate: the larger half of a first search's kernels."""
+    """Compile the genetic algorithm in a surrogate."""
     pair = SurrogatePair(_surrogate(), np.ones(1))
     maximize(pair, np.zeros(2), np.ones(2), pop_size=10, n_generations=GENERATIONS_PER_CALL)

@@ -44,7 +44,7 @@ from kneecore.search.settings import SearchSettings
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
 
-__all__ = ["find", "worst_case"]
+__all__ = ["find", "usual_settings", "worst_case"]
 
 FloatArray = NDArray[np.float64]
 
@@ -53,7 +53,8 @@ def find(problem: Problem) -> Outcome:
     """Search as the problem's settings say."""
     settings = problem.settings
     if settings.repair:
-        in_corners = problem.model.model.in_corners
+        model = problem.model.model
+        in_corners = model.in_corners and not model.grids
         return find_repaired_pair(problem) if in_corners else find_inside_pair(problem)
     if settings.method == "ga":
         return find_pair(problem)
@@ -112,6 +113,11 @@ def worst_case(
     if outcome.training is not None and not model.in_corners and not settings.repair:
         outcome = judged_and_offered(outcome, problem.weights)
     return _result(problem, outcome, compiled)
+
+
+def usual_settings(model: Model) -> SearchSettings:
+    """Return how `worst_case` searches a model if nothing is asked for."""
+    return SearchSettings().of(model)
 
 
 def _order(outcome: Outcome, column: int) -> list[int]:

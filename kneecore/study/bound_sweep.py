@@ -21,7 +21,7 @@ from kneecore.model import Model
 from kneecore.presented import Presented
 from kneecore.progress import Callback
 from kneecore.study.arguments import Steps, checked_settings
-from kneecore.study.best_search import best_pair, one_column, searches_in_model
+from kneecore.study.best_search import PairFound, best_pair, one_column, searches_in_model
 from kneecore.study.settings import BoundSweepSettings
 
 __all__ = ["BoundSweep", "bound_sweep"]
@@ -51,6 +51,10 @@ class BoundSweep(Presented):
     """Least and largest watched output of any model, shape (n, 2)."""
     in_model: bool
     """Whether the searches were exact ones in the model, and not in repaired surrogates."""
+    marks: Mapping[str, NDArray[np.int64]]
+    """How many models of the worst pair and of the two that end the watched output's range bear
+    each of the model's marks, such as "implausible", shape (n,); empty where there are none, and
+    where an older file did not tell."""
     seconds: FloatArray
     """Of each size's two searches, shape (n,)."""
     versions: Mapping[str, str]
@@ -86,7 +90,7 @@ def bound_sweep(
     steps = Steps(callback, "searching at each bound", len(sizes))
     found = [_at_one_size(one, settings.seed, steps) for one in within]
     steps()
-    objective, pair, extremes, seconds = zip(*found, strict=True)
+    objective, pair, extremes, marks, seconds = zip(*found, strict=True)
     return BoundSweep(
         model=model,
         settings=replace(settings, sizes=tuple(float(size) for size in sizes)),
@@ -96,6 +100,7 @@ def bound_sweep(
         pair=np.stack(pair),
         extremes=np.stack(extremes),
         in_model=searches_in_model(model),
+        marks={name: np.array([of_one[name] for of_one in marks]) for name in marks[0]},
         seconds=np.array(seconds),
         versions=versions(),
     )
@@ -103,8 +108,8 @@ def bound_sweep(
 
 def _at_one_size(
     model: Model, seed: int, steps: Steps
-) -> tuple[float, FloatArray, FloatArray, float]:
-    """Return f, the pair's and the extreme values of the watched output, and the time."""
+) -> tuple[float, FloatArray, FloatArray, Mapping[str, int], float]:
+    """Return f, the pair's and the extreme values of the watched output, marks, and the time."""
     steps.begin()
     begun = time.perf_counter()
     worst = best_pair(model, model.weights(), seed=seed, steps=steps)
@@ -120,4 +125,11 @@ def _at_one_size(
     if pair[0] > pair[1]:
         pair = pair[::-1].copy()
     extremes = np.array([seen.min(), seen.max()])
-    return worst.objective, pair, extremes, time.perf_counter() - begun
+    marks = model.marks(model.from_free_unit(_different(worst, extreme)))
+    return worst.objective, pair, extremes, marks, time.perf_counter() - begun
+
+
+def _different(worst: PairFound, extreme: PairFound) -> FloatArray:
+    """Return the two to four models of two pairs, each once."""
+    models: FloatArray = np.unique(np.concatenate([worst.u, extreme.u]), axis=0)
+    return models

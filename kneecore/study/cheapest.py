@@ -176,7 +176,8 @@ def _slopes_at(model: Model, u: FloatArray, weights: FloatArray) -> FloatArray:
     if guide is not None:
         slopes: FloatArray = guide.slopes(u[None], weights[None])[1][0]
         return slopes
-    steps = _STEP * np.eye(model.n_free)
-    centre = np.clip(u, _STEP, 1.0 - _STEP)  # a worst case lies on bounds
+    step = model.steps(_STEP)
+    steps = np.diag(step)
+    centre = np.clip(u, step, 1.0 - step)  # a worst case lies on bounds
     y = UnitModel(model)(np.concatenate([centre + steps, centre - steps])) @ weights
-    return np.nan_to_num((y[: model.n_free] - y[model.n_free :]) / (2.0 * _STEP))
+    return np.nan_to_num((y[: model.n_free] - y[model.n_free :]) / (2.0 * step))

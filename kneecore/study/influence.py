@@ -28,7 +28,7 @@ from kneecore.study.arguments import checked_settings
 from kneecore.study.settings import InfluenceSettings
 from kneecore.unit_model import UnitModel
 
-__all__ = ["InfluenceResult", "influence"]
+__all__ = ["InfluenceResult", "check_independent", "influence"]
 
 FloatArray = NDArray[np.float64]
 N_RESAMPLES = 100
@@ -48,6 +48,9 @@ class InfluenceResult(Presented):
     has no groups."""
     indices: Indices
     """First axis the m outputs, second axis the free inputs."""
+    counts: Mapping[str, int]
+    """Models that were run by what became of them, as in `MonteCarloResult`; empty where an older
+    file did not tell."""
     seconds: Mapping[str, float]
     threads: int
     versions: Mapping[str, str]
@@ -82,6 +85,15 @@ def check_column(column: int, n_outputs: int) -> None:
         )
 
 
+def check_independent(model: Model) -> None:
+    """Raise a `ParameterError` if a model's inputs are correlated."""
+    if model.correlation is not None:
+        raise ParameterError(
+            "`correlation` of the model is given; Sobol' indices share the variance out among "
+            "inputs that are independent, and are not defined for others (`monte_carlo` takes them)"
+        )
+
+
 def influence(
     model: Model,
     settings: InfluenceSettings | None = None,
@@ -101,13 +113,16 @@ def influence(
     Raises
     ------
     ParameterError
-        If an argument is not allowed, or no output varies within the bounds.
+        If an argument is not allowed, the inputs are correlated, or no output varies within the
+        bounds.
     ModelError
         If too many models failed.
     """
     settings = checked_settings(model, InfluenceSettings, settings, callback)
+    check_independent(model)
     start = time.perf_counter()
-    found = _indices(model, settings, callback)
+    counted = UnitModel(model, drawn=True, every_mark=True)
+    found = _indices(counted, settings, callback)
     if found.constant.all():
         raise ParameterError(
             f"the bounds of the {model.n_free} free inputs move no output; bounds that move at "
@@ -119,6 +134,7 @@ def influence(
         names=model.free_names,
         groups=_sums_of_groups(model, found.first_order),
         indices=found,
+        counts=counted.counts,
         seconds={"total": time.perf_counter() - start},
         threads=thread_count(model.threads),
         versions=versions(),
@@ -134,7 +150,7 @@ def _sums_of_groups(model: Model, first_order: FloatArray) -> dict[str, FloatArr
     return sums
 
 
-def _indices(model: Model, settings: InfluenceSettings, callback: Callback | None) -> Indices:
+def _indices(model: UnitModel, settings: InfluenceSettings, callback: Callback | None) -> Indices:
     reached = [0, settings.n_base]
 
     def watch(done: int, total: int) -> object:
@@ -143,16 +159,14 @@ def _indices(model: Model, settings: InfluenceSettings, callback: Callback | Non
             return False
         return callback(Progress(stage="sampling", done=done, total=total))
 
-    counted = UnitModel(model)
-
     def run(u: FloatArray) -> FloatArray:
         # Within a batch of base rows too, for a slow model's sake.
-        return counted(u, None if callback is None else lambda _: watch(reached[0], reached[1]))
+        return model(u, None if callback is None else lambda _: watch(reached[0], reached[1]))
 
     try:
         return sobol_indices(
             run,
-            model.n_free,
+            model.model.n_free,
             n_base=settings.n_base,
             seed=settings.seed,
             n_resamples=N_RESAMPLES if settings.intervals else 0,

@@ -10,7 +10,8 @@ Examples
 (5, 5, 12)
 """
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +39,7 @@ BATCH = 512
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Landscape(Presented):
-    """The m outputs over a square grid of two inputs."""
+    """The m outputs over a grid of two inputs."""
 
     model: Model
     """What was run. Read from a file, a model that is no knee has no function."""
@@ -47,12 +48,16 @@ class Landscape(Presented):
     x: FloatArray
     """The point whose other values are held, shape (d,)."""
     axes: tuple[FloatArray, FloatArray]
-    """The two inputs' values from bound to bound, shape (n,) each."""
+    """The two inputs' values from bound to bound, shapes (n,) and (k,): as many as were asked for,
+    or fewer where fewer are allowed."""
     y: FloatArray
-    """The true model's outputs, shape (n, n, m), the first input along the first axis; NaN where
+    """The true model's outputs, shape (n, k, m), the first input along the first axis; NaN where
     the model failed."""
     y_surrogate: FloatArray | None
-    """The surrogate's outputs, shape (n, n, m), or None where there is no surrogate."""
+    """The surrogate's outputs, shape (n, k, m), or None where there is no surrogate."""
+    counts: Mapping[str, int]
+    """Models of the grid by what became of them, as in `MonteCarloResult`; empty where an older
+    file did not tell."""
     versions: dict[str, str]
 
     @property
@@ -67,7 +72,7 @@ class Landscape(Presented):
 
     @property
     def error(self) -> FloatArray | None:
-        """Surrogate less true model, shape (n, n, m); NaN where the model failed."""
+        """Surrogate less true model, shape (n, k, m); NaN where the model failed."""
         return None if self.y_surrogate is None else self.y_surrogate - self.y
 
 
@@ -84,8 +89,10 @@ def _places(names: Any, model: Model) -> tuple[int, int]:
     return model.names.index(names[0]), model.names.index(names[1])
 
 
-def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatArray:
-    """Run a model for points (n, d), with a report after every few."""
+def _run(
+    model: Model, points: FloatArray, callback: Callback | None
+) -> tuple[FloatArray, dict[str, int]]:
+    """Run a model for points (n, d), with a report after every few; count what became of them."""
 
     def watch(done: int) -> object:
         report = Progress(stage="sampling", done=done, total=len(points))
@@ -94,11 +101,15 @@ def _run(model: Model, points: FloatArray, callback: Callback | None) -> FloatAr
     if watch(0):
         raise Cancelled
     batches = (points[first : first + BATCH] for first in range(0, len(points), BATCH))
-    parts = [done.y for done in model.stream(batches, watch=watch)]
+    counts: Counter[str] = Counter()
+    parts = []
+    for done in model.stream(batches, observe=True, watch=watch):
+        parts.append(done.y)
+        counts.update(done.counts)
     if sum(map(len, parts)) < len(points):
         raise Cancelled
     watch(len(points))
-    return np.concatenate(parts)
+    return np.concatenate(parts), dict(counts)
 
 
 def landscape(
@@ -123,7 +134,7 @@ def landscape(
     surrogate : TrainedSurrogate, optional
         To be evaluated on the same grid.
     n_points : int
-        Grid points along each input, at least 2.
+        Grid points along each input, at least 2; fewer where there are fewer values.
     callback : callable, optional
         Gets `Progress`; a true result cancels (raises `Cancelled`).
 
@@ -136,6 +147,7 @@ def landscape(
     callback_or_none(callback)
     first, second = _places(names, model)
     centre = model.point(model.nominal if x is None else x)
+    model.check_allowed(centre)
     if check_count("n_points", n_points) < 2:
         raise ParameterError(f"`n_points` is {n_points}; at least 2 are allowed")
     check_budget(grid_budget(n_points, model))
@@ -143,17 +155,19 @@ def landscape(
         raise ParameterError(
             f"`surrogate` is {shown(surrogate)}; what kneecore.fit_surrogate returns is allowed"
         )
-    axes = tuple(np.linspace(model.lower[i], model.upper[i], n_points) for i in (first, second))
-    points = np.tile(centre, (n_points, n_points, 1))
+    axes = [model.values_along(i, n_points) for i in (first, second)]
+    points = np.tile(centre, (len(axes[0]), len(axes[1]), 1))
     points[..., first], points[..., second] = axes[0][:, None], axes[1][None, :]
     flat = points.reshape(-1, len(centre))
-    shape = (n_points, n_points, model.n_outputs)
+    shape = (*points.shape[:2], model.n_outputs)
+    y, counts = _run(model, flat, callback)
     return Landscape(
         model=model,
         names=(names[0], names[1]),
         x=centre,
         axes=(axes[0], axes[1]),
-        y=_run(model, flat, callback).reshape(shape),
+        y=y.reshape(shape),
         y_surrogate=None if surrogate is None else surrogate.predict(flat).reshape(shape),
+        counts=counts,
         versions=versions(),
     )

@@ -199,7 +199,7 @@ def monte_carlo(
     marks: ArrayLike | None = None,
     callback: Callback | None = None,
 ) -> MonteCarloResult:
-    """Sample the true model within the bounds.
+    """Sample the true model: uniformly within the bounds, or by its inputs' distributions.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def _sample(
             drawn += len(unit)
             if drawn > n_before:  # the others were done before the computation was stopped
                 expected.append(len(unit))
-                yield model.from_free_unit(unit)
+                yield model.drawn(unit)
 
     def watch(done: int) -> object:
         done = min(n_before + done, sums.total)

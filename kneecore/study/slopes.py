@@ -41,13 +41,14 @@ def worst_case_slopes(result: SearchResult) -> WorstCaseSlopes:
     """
     model = result.model
     u = model.to_free_unit(result.x)
-    steps = _STEP * np.eye(model.n_free)
+    step = model.steps(_STEP)
+    steps = np.diag(step)
     # The worst case lies on bounds: keep both sides of the difference within the cube.
-    centre = np.clip(u, _STEP, 1.0 - _STEP)
+    centre = np.clip(u, step, 1.0 - step)
     points = np.concatenate([centre[:, None] + steps, centre[:, None] - steps], axis=1)
     y = UnitModel(model)(points.reshape(-1, model.n_free))
     y = y.reshape(2, 2, model.n_free, model.n_outputs)
     if not np.isfinite(y).all():
         raise ModelError("a model beside the worst case fails; its slopes are not known")
-    per_half_range = 0.5 * (y[:, 0] - y[:, 1]) / (2.0 * _STEP)
+    per_half_range = 0.5 * (y[:, 0] - y[:, 1]) / (2.0 * step[:, None])
     return WorstCaseSlopes(names=model.free_names, slopes=per_half_range.transpose(0, 2, 1))

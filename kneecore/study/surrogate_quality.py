@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: a page's start needs none
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from kneecore._version import versions
 from kneecore.errors import ModelError
@@ -80,7 +80,7 @@ def new_points(model: UnitModel, n: int, seed: int) -> tuple[FloatArray, FloatAr
     ModelError
         If fewer than 4 did not fail.
     """
-    u = uniform(n, model.model.n_free, (seed + _TEST_SEEDS) % 2**63)
+    u = model.model.snapped(uniform(n, model.model.n_free, (seed + _TEST_SEEDS) % 2**63))
     y = model(u)
     good = np.isfinite(y).all(axis=1)
     if np.count_nonzero(good) < 4:
@@ -92,7 +92,7 @@ def rank_correlation(one: FloatArray, other: FloatArray) -> float:
     """Return Spearman's rank correlation; NaN where there is nothing to rank."""
     if np.ptp(one) == 0.0 or np.ptp(other) == 0.0:
         return np.nan
-    return float(spearmanr(one, other).statistic)
+    return float(scipy.stats.spearmanr(one, other).statistic)
 
 
 def judge(surrogate: Surrogate, u: FloatArray, y: FloatArray, weights: FloatArray) -> Judgement:

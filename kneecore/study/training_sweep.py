@@ -61,6 +61,9 @@ class TrainingSweep(Presented):
     """Sampling, fit and search together."""
     n_test: int
     """New models, failed ones apart."""
+    counts: Mapping[str, int]
+    """Models that were run, to learn from, to be held against and of best pairs, by what became of
+    them, as in `MonteCarloResult`; empty where an older file did not tell."""
     versions: Mapping[str, str]
 
     @property
@@ -118,7 +121,7 @@ def training_sweep(
     """
     settings = checked_settings(model, TrainingSweepSettings, settings, callback)
     searches = _searches(model, settings)
-    counted = UnitModel(model)
+    counted = UnitModel(model, every_mark=True)
     test = new_points(counted, N_TEST, settings.seed)
     steps = Steps(callback, "training and searching", len(searches))
     judged = []
@@ -127,7 +130,7 @@ def training_sweep(
         judged.append(_judged(counted, one, test))
         steps.done += 1
     steps()
-    return _sweep(model, settings, judged, len(test[0]))
+    return _sweep(counted, settings, judged, len(test[0]))
 
 
 def _judged(
@@ -143,7 +146,7 @@ def _judged(
 
 
 def _sweep(
-    model: Model, settings: TrainingSweepSettings, judged: Sequence[_Judged], n_test: int
+    model: UnitModel, settings: TrainingSweepSettings, judged: Sequence[_Judged], n_test: int
 ) -> TrainingSweep:
     shape = (len(settings.sizes), settings.n_seeds)
 
@@ -157,7 +160,7 @@ def _sweep(
         gap = 100.0 * (1.0 - kept / promised)
     failed = [o.training.n_failed if o.training else 0 for o in outcomes]
     return TrainingSweep(
-        model=model,
+        model=model.model,
         settings=settings,
         n_failed=np.array(failed, dtype=np.int64).reshape(shape),
         objective_surrogate=promised,
@@ -168,5 +171,6 @@ def _sweep(
         rms_error=table([j.judgement.rms_all for j in judged]),
         seconds=table([j.seconds for j in judged]),
         n_test=n_test,
+        counts=model.counts,
         versions=versions(),
     )

@@ -10,11 +10,12 @@ import kneecore
 from kneecore import MonteCarloResult, SearchResult
 from kneecore.files.influence import to_csv
 from kneecore.files.study import Study
+from kneecore.presented import Presented
 from kneeviz.state import results
 from kneeviz.state.study import StudyState
 
 
-def everything(result: SearchResult) -> bytes:
+def everything(result: Presented) -> bytes:
     """Return all files of a result, figures and (where needed) its knee included, as a ZIP."""
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -59,11 +59,11 @@ def _uploaded(page: Page, value: Uploaded, client_id: int) -> None:
         return
     if isinstance(loaded, KneeFile):
         load_knee(page, loaded)
-        page.say(f"Loaded the knee \u201c{escape(loaded.title[:60])}\u201d.")
+        page.say(f"Loaded \u201c{escape(loaded.title[:60])}\u201d. Undo brings your knee back.")
     elif loaded is not None:
         set_live(page, False)
         take_result(page, loaded)
-        page.say("Loaded the result: model 1 in blue, model 2 in orange.")
+        page.say("Loaded the result: model 1 in blue, model 2 in orange. Undo: the last one.")
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

@@ -9,7 +9,6 @@ import numpy as np
 from kneecore import KneecoreError, KneeFile, parameter_table
 from kneecore.knee.parameters import widened
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state import results
@@ -53,10 +52,11 @@ def _not_ready(page: Page, value: Any, _rest: Any = None) -> None:
 
 def _param(page: Page, value: Asked, index: int) -> None:
     page.set_parameter(index, float(value.value))
-    _name_knee(page, OWN_KNEE)
+    name_knee(page, OWN_KNEE)
 
 
-def _name_knee(page: Page, name: str) -> None:
+def name_knee(page: Page, name: str) -> None:
+    """Let the list of knees say whose the visitor's is, if it has that name."""
     handle = page.view.knee.preset
     if name in handle.options and handle.value != name:
         handle.value = name
@@ -82,7 +82,7 @@ def choose_preset(page: Page, name: str) -> None:
     else:
         return
     page.move_to(x)
-    _name_knee(page, name)
+    name_knee(page, name)
 
 
 def _reset_all(page: Page, _value: Any) -> None:
@@ -95,7 +95,7 @@ def _reset_group(page: Page, _value: Any, group: str) -> None:
         if group == group_of(row):
             x[i] = baseline[i]
     page.move_to(x)
-    _name_knee(page, OWN_KNEE)
+    name_knee(page, OWN_KNEE)
 
 
 def _bound(page: Page, value: Asked, name: str) -> None:
@@ -105,7 +105,7 @@ def _bound(page: Page, value: Asked, name: str) -> None:
         state.set_bounds(with_bound(state.bounds, name, value.value), keep_surrogate=live)
     except KneecoreError as error:
         page.notices.tell(client_id, "Bounds not changed", str(error))
-        _mirror_bounds(page)
+        mirror_bounds(page)
         return
     if live:  # the worst case goes first; the rest waits for the hand to rest
         page.settle_at = time.monotonic() + _REST_SECONDS
@@ -113,7 +113,6 @@ def _bound(page: Page, value: Asked, name: str) -> None:
         if not np.array_equal(state.x, x):
             page.show_knee(state.x, final=True)
         return
-    page.show_band(None)  # it was that of the old bounds
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
@@ -124,11 +123,11 @@ def _settle(page: Page, value: Asked | None) -> None:
     """Bring sliders and surrogate to bounds that were changed."""
     page.settle_at = None
     page.mirror_sliders()
-    _refit(page, None if value is None else value.client_id)
-    show_result(page)
+    refit(page, None if value is None else value.client_id)
 
 
-def _refit(page: Page, client_id: int | None) -> None:
+def refit(page: Page, client_id: int | None) -> None:
+    """Fit the surrogate to the present bounds; if there is none, say so."""
     try:
         page.refit()
     except KneecoreError as error:
@@ -137,7 +136,8 @@ def _refit(page: Page, client_id: int | None) -> None:
             page.notices.tell(client_id, "No surrogate", str(error))
 
 
-def _mirror_bounds(page: Page) -> None:
+def mirror_bounds(page: Page) -> None:
+    """Let the bounds' widgets show the present ones, also in a browser that missed something."""
     state, tab = page.state, page.view.knee
     now = state.bounds
     given = (now.geometry_mm, now.slope_deg, now.material_percent, now.rest_length_mm)
@@ -156,15 +156,13 @@ def load_knee(page: Page, knee: KneeFile) -> None:
     """Take a knee file: baseline, half-ranges and, if it has them, current values."""
     state = page.state
     state.set_knee(knee)
-    page.show_band(None)
-    _mirror_bounds(page)
+    mirror_bounds(page)
     page.mirror_sliders()
     if page.model_ready:
         state.solve_baseline()
         page.show_knee(state.x, final=True)
-    _refit(page, None)
-    _name_knee(page, OWN_KNEE)
-    show_result(page)
+    refit(page, None)
+    name_knee(page, OWN_KNEE)
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

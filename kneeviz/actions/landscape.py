@@ -8,8 +8,10 @@ import numpy as np
 from kneeviz.actions.view import leave_landscape
 from kneeviz.geometry.picture import Picture, picture
 from kneeviz.jobs.messages import Asked
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state.landscape import LandscapeFound, free_names
+from kneeviz.state.origin import of_found
 from kneeviz.views import theme
 from kneeviz.views.html.labels import HEIGHTS, height_title, with_unit
 from kneeviz.views.html.landscape import landscape_key
@@ -45,7 +47,7 @@ def _enter(page: Page) -> None:
     show, view = page.landscape, page.view
     if view.landscape is None:
         view.landscape = LandscapeScene(page.target.scene)
-        view.landscape.paint(theme.palette(view.dark))
+        view.landscape.paint(view.colours)
     now = time.monotonic()
     show.cameras = page.framing.moved_by_visitors(now)
     show.shown = True
@@ -80,27 +82,25 @@ def _draw(page: Page) -> None:
     show, view = page.landscape, page.view
     if show.found is None or view.landscape is None:
         return
-    state = page.state
     made_of = (
         show.found,
         show.height,
         show.zoom,
         view.dark,
-        state.result,
-        page.is_stale,
+        page.state.result,
+        belonging.changed(page, belonging.LANDSCAPE),
     )
     if made_of == show.drawn:
         return
     show.drawn = made_of
     shown = picture_of(page)
-    colours = theme.palette(view.dark)
-    view.landscape.paint(colours)
     title = height_title(show.height)
     with page.target.atomic():
-        view.landscape.draw(shown, title=title, zoom=show.zoom)
-    view.study.key.content = landscape_key(
-        show.found[1], shown, show.height, colours, zoom=show.zoom
-    )
+        labels = (with_unit(shown.names[0]), with_unit(shown.names[1]))
+        view.landscape.draw(shown, title=title, labels=labels, zoom=show.zoom)
+    colours = theme.palette(view.dark)
+    key = landscape_key(show.found[1], shown, show.height, colours, zoom=show.zoom)
+    belonging.write(page, "study.key", key)
 
 
 def picture_of(page: Page) -> Picture:
@@ -108,8 +108,8 @@ def picture_of(page: Page) -> Picture:
     assert page.landscape.found is not None
     asked, found = page.landscape.found
     state, worst = page.state, []
-    # Older bounds are another box: their worst cases have no place in this one.
-    if state.result is not None and not page.is_stale:
+    # Worst cases of other bounds have no place in this box.
+    if state.result is not None and of_found(state.result).same_box(asked.origin):
         pair = (k for k in state.worst if k is not None)
         worst = [(k.x, np.degrees(k.response.flexion)) for k in pair]
     return picture(

@@ -3,18 +3,24 @@
 from collections.abc import Callable
 from typing import Any
 
+from kneecore import packaged_knee
+from kneecore.knee.parameters import widened
+from kneeviz.actions import undo
 from kneeviz.actions.knee import choose_preset
 from kneeviz.actions.landscape import set_landscape
-from kneeviz.actions.search import start_search
+from kneeviz.actions.search import start_search, stop_search
 from kneeviz.actions.view import set_forces, set_mode, set_overlay, set_playing
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
-from kneeviz.state.presets import BASELINE
+from kneeviz.state.bounds import WIDTH, Bounds
+from kneeviz.state.lesson import SetAside
+from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.tabs.learn import STEPS
 
 
 def _lesson_press(page: Page, value: Asked | None) -> None:
     if page.lesson is None:
+        _begin(page)
         open_step(page, 0)
         return
     for instruction in STEPS[page.lesson].on_press:
@@ -27,8 +33,63 @@ def _lesson_turn(page: Page, value: Asked) -> None:
     if 0 <= to < len(STEPS):
         open_step(page, to)
     else:
-        page.lesson = None
-        page.view.learn.show(None)
+        _end(page)
+
+
+def _begin(page: Page) -> None:
+    """Put the visitor's state aside: the lesson has one of its own, and its own way back."""
+    page.set_aside = SetAside(
+        state=page.snapshot(),
+        history=page.history,
+        mode=page.playback.mode,
+        forces=page.view.scene.forces,
+        playing=page.playback.playing,
+        share=page.playback.share,
+        landscape=page.landscape.shown,
+        band=page.study.with_band,
+    )
+    page.study.with_band = False
+    _clean(page)
+    page.begin()
+
+
+def _end(page: Page) -> None:
+    """Give the visitor back what he had."""
+    page.lesson = None
+    page.view.learn.show(None)
+    aside, page.set_aside = page.set_aside, None
+    if aside is None:
+        return
+    stop_search(page)
+    undo.restore(page, aside.state)
+    page.history, page.study.with_band = aside.history, aside.band
+    set_landscape(page, aside.landscape)
+    set_mode(page, aside.mode)
+    set_forces(page, aside.forces)
+    set_playing(page, aside.playing)
+    page.playback.set_share(aside.share)
+    page.say("The lesson is over: your knee, bounds and result are back.")
+
+
+def _clean(page: Page) -> None:
+    """Show the packaged knee within its own bounds, and no result: nothing is told too early."""
+    stop_search(page)
+    knee = packaged_knee()
+    clean = Snapshot(
+        knee=knee,
+        bounds=Bounds(),
+        x=widened(knee.baseline, WIDTH),
+        settings=page.view.first_settings,
+    )
+    undo.restore(page, clean)
+
+
+def _show_pair(page: Page, client_id: int | None) -> None:
+    """Show both worst cases; search for them if that was skipped."""
+    if page.state.result is None:
+        start_search(page, "surrogate", client_id)
+    else:
+        set_overlay(page, True)
 
 
 def open_step(page: Page, number: int) -> None:
@@ -43,7 +104,6 @@ def follow(page: Page, instruction: tuple[Any, ...], client_id: int | None) -> N
     """Do one thing that a step asks for."""
     name, *rest = instruction
     simple: dict[str, Callable[..., None]] = {
-        "overlay": set_overlay,
         "mode": set_mode,
         "forces": set_forces,
         "play": set_playing,
@@ -51,8 +111,10 @@ def follow(page: Page, instruction: tuple[Any, ...], client_id: int | None) -> N
     }
     if name in simple:
         simple[name](page, *rest)
-    elif name == "baseline":
-        choose_preset(page, BASELINE)
+    elif name == "clean":
+        _clean(page)
+    elif name == "pair":
+        _show_pair(page, client_id)
     elif name in ("moment", "glide"):
         page.glide_to(*rest)
     elif name == "search":

@@ -2,10 +2,9 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from kneecore import Knee, KneecoreError, SearchSettings
-from kneeviz.actions.result import show_result, take_result
+from kneeviz.actions.result import take_result
 from kneeviz.jobs.live_search import LiveFound
 from kneeviz.jobs.live_worst_case import LiveRequest
 from kneeviz.jobs.messages import Asked
@@ -31,7 +30,6 @@ def follow(page: Page) -> float | None:
     if live.slow_at is not None and time.monotonic() >= live.slow_at:
         live.slow, live.slow_at = True, None
         page.show_band(None)
-        show_result(page)
         _tell(page, "Bounds this wide take longer. Looking for their worst case …")
     return live.slow_at
 
@@ -61,7 +59,6 @@ def _give_up(page: Page, why: str) -> None:
     page.live.shown = False
     page.show_band(None)
     page.show_overlay(False)
-    show_result(page)
     _tell(page, f"No worst case to show: {escape(why[:200])}")
 
 
@@ -79,14 +76,16 @@ def set_live(page: Page, on: bool) -> None:
     page.live = LiveState()
     page.live.on = on
     if on:
+        gave_way = page.state.result is not None
         ready = page.exact_ready
         _tell(page, "Looking for the worst case …" if ready else "Being prepared …")
-        page.say("Live: model 1 is blue, model 2 orange.")
+        replaced = " The last search's pair made way; Undo brings it back." if gave_way else ""
+        page.say(f"Live: model 1 is blue, model 2 orange.{replaced}")
         return
     page.live_search.forget()
     page.show_band(None)
-    show_result(page)
     tab.live_note.content = ""
+    page.say("Live is off: its last pair stands.")
 
 
 def _live_found(page: Page, value: LiveFound) -> None:
@@ -108,12 +107,7 @@ def _live_found(page: Page, value: LiveFound) -> None:
     _tell(page, IMPROVING_NOTE if band is None else live_note(band.text))
 
 
-def _live_settings(_page: Page, _value: Any) -> None:
-    """Wake the worker, which then follows."""
-
-
 ACTIONS: dict[str, Callable[..., None]] = {
     "live": _live,
-    "live_settings": _live_settings,
     "live_found": _live_found,
 }

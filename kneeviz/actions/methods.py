@@ -6,6 +6,7 @@ from kneecore import SearchSettings
 from kneeviz.jobs import computations
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state import results
 from kneeviz.views import theme
@@ -61,31 +62,28 @@ def _cancel(page: Page, value: Asked) -> None:
 
 
 def refresh(page: Page) -> None:
-    """Draw the last comparison, greyed if it belongs to other bounds; cheap if that is done."""
+    """Draw the last comparison; cheap if that is done."""
     compared = page.methods
     found = compared.found
     if found is None:
         return
     colours = theme.palette(page.view.dark)
-    stale = page.state.is_stale(found)
-    made_of = (found, stale, page.view.dark)
+    made_of = (found, belonging.changed(page, belonging.METHODS), page.view.dark)
     if made_of == compared.written:
         return
     compared.written = made_of
-    note = "<b>Bounds changed since this comparison.</b><br>" if stale else ""
     response = "at rest" if results.solver(found) == "equilibrium" else "in motion"
     about = (
         f"Every f is the true model's ({response}, seed {results.seed(found)}). Genetic: "
         f"100 x 100 in the true model; 200 x 800 in the surrogate. "
         f"{methods.promises(found.methods)}"
     )
-    page.view.methods.content.content = box(
-        note
-        + methods.plot(found.methods, colours)
+    content = box(
+        methods.plot(found.methods, colours)
         + methods.table(found.methods, colours)
-        + f'<div style="margin-top:4px">{faint(about)}</div>',
-        style="opacity:.45" if stale else "",
+        + f'<div style="margin-top:4px">{faint(about)}</div>'
     )
+    belonging.write(page, "methods.content", content, since="this comparison")
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

@@ -2,8 +2,8 @@
 
 from kneecore import SearchResult
 from kneecore import command_line as command_of
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
-from kneeviz.state import results
 from kneeviz.state.presets import BASELINE, OWN_KNEE, PRESETS, RANDOM, WORST
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
@@ -40,30 +40,41 @@ def take_result(page: Page, result: SearchResult, *, reveal: bool = True) -> Non
     show_result(page)
 
 
+def forget_result(page: Page) -> None:
+    """Show no result any more, and offer nothing of it."""
+    page.state.forget_result()
+    page.show_overlay(False)
+    tab, preset = page.view.search, page.view.knee.preset
+    tab.overlay.visible = tab.adopt.visible = False
+    if preset.value in WORST:
+        preset.value = OWN_KNEE
+    preset.options = (OWN_KNEE, BASELINE, *PRESETS, RANDOM)
+    for handle in page.view.files.result.values():
+        handle.disabled = True
+    show_result(page)
+
+
 def show_result(page: Page) -> None:
-    """Write what the last search found, greyed if the bounds have changed since."""
-    result, view = page.state.result, page.view
+    """Write what the last search found, if there is anything."""
+    result, since = page.state.result, "this search"
     if result is None:
+        for place in ("search.found", "search.table", "found", "files.command"):
+            belonging.write(page, place, "")
         return
-    page.shown_stale = stale = page.is_stale
-    style = "opacity:.45" if stale else ""
-    changed = "Bounds" if results.space(result).is_around_baseline else "Knee or bounds"
-    note = f"<b>{changed} changed since this search.</b><br>" if stale else ""
     sentence = escape(result.summary())
-    told = f"{note}<b>{sentence}</b><br>{objective_line(result)}"
+    told = f"<b>{sentence}</b><br>{objective_line(result)}"
     unfinished = unfinished_line(result, improving=page.live.improving)
     evidence = unfinished + repair_line(result) + evidence_line(result)
-    view.search.found.content = box(told + evidence, style=style)
-    colours = theme.palette(view.dark)
     command = ""
     if result.stop_reason != "cancelled":  # the command would go on to the end
         command = "The same without a browser:" + pieces.command_line(command_of(result) or "")
-    view.search.table.content = box(
-        differences(result, colours)
+    table = (
+        differences(result, theme.palette(page.view.dark))
         + f'<div style="margin-top:5px">{bound_names(result)}</div>'
-        + f'<div style="margin-top:5px">{command}</div>',
-        style=style,
+        + f'<div style="margin-top:5px">{command}</div>'
     )
-    short = told + evidence if page.live.on else f"{note}{sentence}{unfinished}"
-    view.found.content = box(short, style=style)
-    view.files.command.content = box(command, style=style)
+    short = told + evidence if page.live.on else f"{sentence}{unfinished}"
+    belonging.write(page, "search.found", box(told + evidence), since=since)
+    belonging.write(page, "search.table", box(table), since=since)
+    belonging.write(page, "found", box(short), since=since)
+    belonging.write(page, "files.command", box(command) if command else "", since=since)

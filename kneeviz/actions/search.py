@@ -43,6 +43,14 @@ def start_search(page: Page, search_space: SearchSpace, client_id: int | None) -
     job.start()
 
 
+def stop_search(page: Page) -> None:
+    """End a search that runs, and want nothing of it."""
+    if page.search.job is not None:
+        page.search.job.cancel()
+        page.search = SearchState()
+        page.view.search.set_running(False)
+
+
 def _progress(page: Page, news: JobProgress) -> None:
     if news.job is not page.search.job:
         return
@@ -77,7 +85,8 @@ def _cancel(page: Page, value: Asked | None) -> None:
         page.notices.tell(value.client_id, "Nothing to cancel", "No search is running.")
 
 
-def _method(page: Page, _value: Asked) -> None:
+def _setting(page: Page, _value: Asked | None, _name: str) -> None:
+    """Shut what the method has none of; whoever follows the settings looks at them by himself."""
     page.view.search.show_method()
 
 
@@ -91,5 +100,5 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "search_done": _done,
     "cancel": _cancel,
     "adopt": _adopt,
-    "method": _method,
+    "setting": _setting,
 }

@@ -25,6 +25,7 @@ from kneeviz.jobs.cores import spare_cores
 from kneeviz.jobs.job import Job, JobDone, JobProgress, Watch
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.paper_files import PaperFiles
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state import results
 from kneeviz.state.shown import Band, band_of
@@ -47,6 +48,9 @@ _CALM = {
     "accuracy": "Done: the tolerances are in the tab “Study”.",
     "report": "The report is ready: see “Study files”.",
 }
+
+
+_SUBJECTS = (belonging.SAMPLING, belonging.INFLUENCE, belonging.PAPER, belonging.ACCURACY)
 
 
 def _run(page: Page, value: Asked | None, kind: str) -> None:
@@ -176,13 +180,13 @@ def _chart(page: Page, value: Asked) -> None:
 
 def refresh(page: Page) -> None:
     """Bring texts, charts and band of the study up to date; cheap if nothing has changed."""
-    study, state = page.study, page.state
+    study = page.study
     _draw_band(page)
     found = (study.sampled, study.influence, study.paper, study.accuracy)
-    stale = [f is not None and state.is_stale(f) for f in found]
+    stale = tuple(belonging.changed(page, subject) for subject in _SUBJECTS)
     made_of: tuple[Any, ...] = (*found, study.load, study.chart, page.view.dark, *stale)
     if study.chart == SLOPES:
-        made_of += (state.result, page.is_stale)
+        made_of += (page.state.result, belonging.changed(page, belonging.WORST))
     if made_of == study.written:
         return
     study.written = made_of
@@ -196,37 +200,39 @@ def refresh(page: Page) -> None:
     for name, handle in tab.files.items():
         handle.disabled = by_file[name.partition(".")[0]] is None
     if study.paper is not None:
-        tab.judged.content = judged(study.paper.words, stale=stale[2])
+        belonging.write(page, "study.judged", judged(study.paper.words))
     if study.accuracy is not None:
         colours = theme.palette(page.view.dark)
-        tab.accuracy.content = accuracy.tolerances(study.accuracy, colours, stale=stale[3])
+        belonging.write(page, "study.accuracy", accuracy.tolerances(study.accuracy, colours))
     tab.band.visible = study.sampled is not None
     if study.sampled is not None:
-        tab.sampled.content = sampling(study.sampled, stale=stale[0])
-    page.view.influence.content.content = _charts(page, stale=stale[1])
+        belonging.write(page, "study.sampled", sampling(study.sampled))
+    of = belonging.WORST if study.chart == SLOPES else belonging.INFLUENCE
+    belonging.write(page, "influence.content", _charts(page), of=of)
 
 
 def _draw_band(page: Page) -> None:
-    """Draw the sampling's band where no other is; take it away once it is of other bounds."""
-    study = page.study
-    fits = study.sampled is not None and not page.state.is_stale(study.sampled)
-    if fits and study.with_band and page.band is None:
+    """Draw the sampling's band where no other is that fits; take it away if it is not wanted."""
+    study, drawn = page.study, belonging.band(page)
+    fits = study.sampled is not None and belonging.fits(page, belonging.SAMPLING)
+    wanted = fits and study.with_band
+    if wanted and drawn is None:
         page.show_band(study.band)
-    elif page.band is not None and page.band is study.band and not (fits and study.with_band):
+    elif page.band is not None and page.band is study.band and not wanted:
         page.show_band(None)
 
 
-def _charts(page: Page, *, stale: bool) -> str:
+def _charts(page: Page) -> str:
     study, colours = page.study, theme.palette(page.view.dark)
     if study.chart != SLOPES:
-        return influence_tab.indices(study.influence, study.load, study.chart, colours, stale=stale)
+        return influence_tab.indices(study.influence, study.load, study.chart, colours)
     if page.state.result is None:
         return influence_tab.no_slopes()
     try:
         slopes = kneecore.worst_case_slopes(page.state.result)
     except KneecoreError as error:
         return box(escape(str(error)))
-    return influence_tab.slopes(slopes, study.load, colours, stale=page.is_stale)
+    return influence_tab.slopes(slopes, study.load, colours)
 
 
 def _file(page: Page, value: Asked, name: str) -> None:

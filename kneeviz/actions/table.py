@@ -5,6 +5,7 @@ from collections.abc import Callable, Hashable
 from typing import Any
 
 from kneeviz.actions import (
+    commands,
     export,
     files,
     knee,
@@ -14,20 +15,22 @@ from kneeviz.actions import (
     methods,
     search,
     study,
+    undo,
     view,
 )
-from kneeviz.jobs.messages import Asked
+from kneeviz.jobs.messages import asked_by
 from kneeviz.page.page import Page
 
 
-def _reject(page: Page, value: tuple[int, Any, str], _client: int) -> None:
-    client_id, handle, fault = value
-    page.notices.complain(client_id, handle, fault, now=time.monotonic())
+def _reject(page: Page, value: tuple[int, Any, str, Any], _client: int) -> None:
+    client_id, handle, fault, sent = value
+    page.notices.complain(client_id, handle, fault, sent, now=time.monotonic())
 
 
 ACTIONS: dict[str, Callable[..., None]] = {
     **knee.ACTIONS,
     **view.ACTIONS,
+    **commands.ACTIONS,
     **search.ACTIONS,
     **live.ACTIONS,
     **methods.ACTIONS,
@@ -36,14 +39,10 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **study.ACTIONS,
     **landscape.ACTIONS,
     **lesson.ACTIONS,
+    **undo.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""
-
-
-def asked_by(value: Any) -> int | None:
-    """Return the number of the client whose widget asked, or None."""
-    return value.client_id if isinstance(value, Asked) else None
 
 
 def moves_a_slider(key: Hashable) -> bool:
@@ -59,5 +58,5 @@ def perform(page: Page, key: Hashable, value: Any) -> None:
     name, *rest = key if isinstance(key, tuple) else (key,)
     client_id = asked_by(value)
     if client_id is not None and name != "reject":
-        page.notices.withdraw(client_id, value.handle)
+        page.notices.withdraw(client_id, value.handle, value.value)
     ACTIONS[name](page, value, *rest)

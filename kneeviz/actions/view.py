@@ -5,10 +5,13 @@ from collections.abc import Callable
 from typing import Any
 
 from kneeviz import viser_internals
-from kneeviz.actions.result import show_result
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.views.tabs.look import MODES
+
+_CROSSING_SECONDS = 0.5
+"""For so long may what we set the position slider to be on its way to a browser whose visitor has
+moved it meanwhile: then his value must follow, or his slider stays at ours."""
 
 
 def _play(page: Page, value: Asked) -> None:
@@ -24,6 +27,10 @@ def set_playing(page: Page, playing: bool) -> None:
 def _position(page: Page, value: Asked) -> None:
     set_playing(page, False)
     page.playback.set_share(float(value.value) / 100.0)
+    handle = page.view.transport.position
+    if time.monotonic() - page.mirrored_at < _CROSSING_SECONDS:
+        handle.value = value.value
+        viser_internals.force_value(page.target.gui, handle)
 
 
 def _mode(page: Page, value: Asked) -> None:
@@ -79,6 +86,9 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_internals.watch_charts(client)
+        viser_internals.name_widgets(
+            client, "the knees' curves", "The knee; its pose is told in the panel"
+        )
 
 
 def _resized(page: Page, _value: Any, client_id: int) -> None:
@@ -86,9 +96,16 @@ def _resized(page: Page, _value: Any, client_id: int) -> None:
 
 
 def _dark(page: Page, value: Asked) -> None:
-    page.view.repaint(page.target.gui, bool(value.value))
-    page.show_legends()
-    show_result(page)
+    set_dark(page, bool(value.value))
+
+
+def set_dark(page: Page, dark: bool) -> None:
+    """Change between the light and the dark theme."""
+    page.view.repaint(page.target.gui, dark)
+
+
+def _large(page: Page, value: Asked) -> None:
+    page.view.resize(page.target.gui, bool(value.value))
     page.touched = True
 
 
@@ -124,6 +141,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "joined": _joined,
     "resized": _resized,
     "dark": _dark,
+    "large": _large,
     "forces": _forces,
     "overlay": _overlay,
 }

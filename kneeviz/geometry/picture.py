@@ -41,6 +41,10 @@ class Picture:
     """The same in the surrogate."""
     worst: tuple[Mark | None, Mark | None]
     """The two worst cases in the true model."""
+    unit: str = "°"
+    own_label: str = "your knee"
+    least_span: float = 1.0
+    """Least height, in `unit`: a flat sheet is no mountain of rounding errors."""
 
 
 def space_of(found: Landscape) -> ParameterSpace:

@@ -17,7 +17,6 @@ CENTRE = (-0.031, -0.014, 0.0)
 """Middle of the box, m: where the knee stands otherwise."""
 SIDE, HEIGHT = 0.124, 0.115
 """Edges of the box's floor and its height, m."""
-_LEAST_SPAN = 1.0  # deg; a flat sheet is no mountain of rounding errors
 _MESH_LINES = 9  # lines along each parameter that a sheet shows
 
 
@@ -51,6 +50,11 @@ class Box:
     high: float
     step: float
     """Between two numbers on the upright axis, deg."""
+
+    @property
+    def digits(self) -> int:
+        """Decimals of the numbers on the upright axis."""
+        return max(int(np.ceil(-np.log10(self.step) - 1e-9)), 0)
 
     @property
     def ticks(self) -> list[float]:
@@ -97,27 +101,27 @@ def box_around(shown: Picture, *, zoom: bool) -> Box:
         values.append(shown.training[:, 2])
     every = np.concatenate(values)
     low, high = float(np.nanmin(every)), float(np.nanmax(every))
-    spare = max(_LEAST_SPAN - (high - low), 0.0)
+    spare = max(shown.least_span - (high - low), 0.0)
     low, high = low - 0.5 * spare, high + 0.5 * spare
     step = nice_step(high - low, 5)
     low, high = step * np.floor(low / step + 1e-9), step * np.ceil(high / step - 1e-9)
     return Box(low=float(low), high=float(high), step=step)
 
 
-def _grid(n: int) -> tuple[FloatArray, FloatArray]:
-    places = np.linspace(0.0, 1.0, n)
-    return places[:, None] + np.zeros(n), places[None, :] + np.zeros((n, 1))
+def _grid(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the places of a sheet's values, each of its shape."""
+    first, second = (np.linspace(0.0, 1.0, n) for n in values.shape)
+    return first[:, None] + np.zeros(len(second)), second[None, :] + np.zeros((len(first), 1))
 
 
 def sheet(box: Box, values: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
-    """Return a sheet's vertices, shape (n * n, 3), m, and its triangles, shape (t, 3).
+    """Return the vertices of a sheet (n, k), shape (n * k, 3), m, and its triangles, (t, 3).
 
     Around a missing value there is a hole.
     """
-    n = len(values)
     known = np.isfinite(values)
-    vertices = box.place(*_grid(n), np.where(known, values, box.low)).reshape(-1, 3)
-    corner = np.arange(n * n).reshape(n, n)
+    vertices = box.place(*_grid(values), np.where(known, values, box.low)).reshape(-1, 3)
+    corner = np.arange(values.size).reshape(values.shape)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     faces = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
     return vertices, faces[known.ravel()[faces].all(axis=1)].astype(np.uint32)
@@ -125,10 +129,12 @@ def sheet(box: Box, values: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]
 
 def mesh_lines(box: Box, values: FloatArray) -> FloatArray:
     """Return a sheet's lines along both parameters as segments, shape (k, 2, 3), m."""
-    points = box.place(*_grid(len(values)), values)
-    chosen = np.unique(np.linspace(0, len(values) - 1, _MESH_LINES).round().astype(int))
-    along = np.stack([points[:-1, chosen], points[1:, chosen]], axis=2)
-    deep = np.stack([points[chosen, :-1], points[chosen, 1:]], axis=2)
+    points = box.place(*_grid(values), values)
+    first, second = (
+        np.unique(np.linspace(0, n - 1, _MESH_LINES).round().astype(int)) for n in values.shape
+    )
+    along = np.stack([points[:-1, second], points[1:, second]], axis=2)
+    deep = np.stack([points[first, :-1], points[first, 1:]], axis=2)
     segments = np.concatenate([along.reshape(-1, 2, 3), deep.reshape(-1, 2, 3)])
     known: FloatArray = segments[np.isfinite(segments).all(axis=(1, 2))]
     return known

@@ -52,12 +52,20 @@ class Job:
         Takes the messages.
     kind : str
         What is computed, for whoever takes the result.
+    keeps : bool
+        Whether what a cancelled work returns is worth having.
     """
 
     def __init__(
-        self, key: str, work: Callable[[Watch], Any], post: Post, *, kind: str = ""
+        self,
+        key: str,
+        work: Callable[[Watch], Any],
+        post: Post,
+        *,
+        kind: str = "",
+        keeps: bool = False,
     ) -> None:
-        self.kind, self._key = kind, key
+        self.kind, self._key, self._keeps = kind, key, keeps
         self._work, self._post = work, post
         self._cancelled = threading.Event()
         self._last_report = 0.0
@@ -92,5 +100,5 @@ class Job:
             _LOG.exception("the %s failed", self._key)
             why = f"{type(error).__name__}: {error}"
         if self._cancelled.is_set():
-            result, why = None, None
+            result, why = result if self._keeps else None, None
         self._post(f"{self._key}_done", JobDone(self, result, why))

@@ -15,3 +15,8 @@ class Asked(NamedTuple):
     client_id: int
     value: Any
     """What the widget was set to: by now it may have been set to something else."""
+
+
+def asked_by(value: Any) -> int | None:
+    """Return the number of the client whose widget asked, or None."""
+    return value.client_id if isinstance(value, Asked) else None

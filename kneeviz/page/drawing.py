@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
+from kneeviz.page import belonging
 from kneeviz.page.page import Page
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
+from kneeviz.views import theme
 from kneeviz.views.charts import series
 from kneeviz.views.html.marks import marks_line
-from kneeviz.views.html.readout import error_line
+from kneeviz.views.html.readout import error_line, readout
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +45,7 @@ class Drawing:
             contact_force=0.0,
         )
         page.view.scene.draw(x, pose)
-        page.view.show_readout(pose)
+        self._write_readout(pose)
 
     def draw(self) -> None:
         """Bring scene, charts and numbers up to date and send them off."""
@@ -83,7 +85,7 @@ class Drawing:
         """Draw what need not follow every frame."""
         page = self._page
         assert poses[0] is not None
-        page.view.show_readout(poses[0])
+        self._write_readout(poses[0])
         self._mirror_position()
         if other_charts:
             page.view.show_other_charts(shown, Markers(poses=poses))
@@ -105,20 +107,26 @@ class Drawing:
         page.target.flush()
         return True
 
+    def _write_readout(self, pose: Pose) -> None:
+        page = self._page
+        words = readout(pose, theme.palette(page.view.dark))
+        belonging.write(page, "transport.readout", words)
+
     def _mirror_position(self) -> None:
         handle = self._page.view.transport.position
         value = round(100.0 * self._page.playback.share, 1)
         if handle.value != value:
             handle.value = value
+            self._page.mirrored_at = time.monotonic()
 
     def _show_numbers(self, shown: Shown) -> None:
         page, state, error = self._page, self._page.state, None
-        if state.predicted is not None and shown.flexion is not None:
-            error = series.prediction_error(state.predicted, shown.flexion)
+        if shown.predicted is not None and shown.flexion is not None:
+            error = series.prediction_error(shown.predicted, shown.flexion)
         loo = None if state.surrogate is None else state.surrogate.loo_rms
-        page.view.error.content = error_line(error, loo)
+        belonging.write(page, "error", error_line(error, loo))
         mine = None if state.current is None else state.current.response
-        page.view.marks.content = marks_line(mine)
+        belonging.write(page, "marks", marks_line(mine))
         _, *worst = (None if knee is None else knee.x for knee in page.knees)
         current = state.x if state.current is None else state.current.x
         page.view.show_comparison(state.space, (state.space.baseline, current, *worst))
@@ -127,11 +135,12 @@ class Drawing:
 def shown_on(page: Page) -> Shown:
     """Return what a page's charts show now."""
     state, knees = page.state, (page.state.baseline, *page.knees)
+    asks_surrogate = belonging.fits(page, belonging.SURROGATE)
     return Shown(
         sweeps=tuple(None if knee is None else knee.sweep for knee in knees),
         flexion=None if state.current is None else state.current.response.flexion,
-        predicted=state.predicted,
-        training=state.training_curves,
+        predicted=state.predicted if asks_surrogate else None,
+        training=state.training_curves if asks_surrogate else None,
         strain_free=state.strain_free,
-        band=page.band,
+        band=belonging.band(page),
     )

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import viser
@@ -34,8 +34,23 @@ _UNFOLDED = 1.2
 """How much wider it must be for them to come back."""
 
 
+class Seen(Protocol):
+    """What is to be seen; compared with what was, so that it is looked at once."""
+
+    @property
+    def flat(self) -> bool:
+        """Whether cameras only pan and zoom."""
+
+    @property
+    def direction(self) -> FloatArray:
+        """From the middle to the camera."""
+
+    def points(self) -> FloatArray | None:
+        """Return what must be in the picture, shape (n, 3); None if there is nothing."""
+
+
 class Subject(NamedTuple):
-    """What is to be seen."""
+    """The knees, or a landscape."""
 
     knees: Knees
     spatial: bool
@@ -106,6 +121,14 @@ class _Camera:
         place(self.client, position, frame.centre)
 
 
+def aspect_of(client: viser.ClientHandle) -> float:
+    """Return the width of a visitor's picture over its height, whatever his browser says."""
+    width, height = client.camera.image_width, client.camera.image_height
+    if not (width > 0 and height > 0):  # hidden, or no browser
+        return 1.0
+    return float(np.clip(width / height, 0.1, 10.0))
+
+
 def place(client: viser.ClientHandle, position: FloatArray, look_at: FloatArray) -> None:
     """Put a camera somewhere."""
     with client.atomic():
@@ -125,7 +148,7 @@ class Framing:
     ----------
     clients : callable
         Returns the clients that look at it, by their number.
-    charts : PanelHandle
+    charts : PanelHandle, optional
         What gives way in a narrow window.
     post : callable
         Gets ("resized", client's number).
@@ -136,7 +159,7 @@ class Framing:
     ) -> None:
         self._clients, self._charts, self._post = clients, charts, post
         self._cameras: dict[int, _Camera] = {}
-        self._subject = NOTHING
+        self._subject: Seen = NOTHING
         self._points: FloatArray | None = None
         self._folds = count(1)
 
@@ -145,14 +168,14 @@ class Framing:
         """Whether a camera is on its way."""
         return any(held.way is not None for held in self._cameras.values())
 
-    def join(self, client: viser.ClientHandle, subject: Subject, now: float) -> None:
+    def join(self, client: viser.ClientHandle, subject: Seen, now: float) -> None:
         """Place the camera of a visitor who has come, and watch his window."""
-        held = _Camera(client, max(client.camera.aspect, 1e-3))
+        held = _Camera(client, aspect_of(client))
         self._cameras[client.client_id] = held
 
         # On viser's own thread, for a camera tells fifty times a second.
         async def told(event: Any) -> None:
-            if abs(client.camera.aspect / held.aspect - 1.0) > 0.01:
+            if abs(aspect_of(client) / held.aspect - 1.0) > 0.01:
                 self._post(("resized", client.client_id), None)
 
         client.camera.on_update(told)
@@ -165,11 +188,13 @@ class Framing:
         if held is None:
             return
         held.own = held.own or held.was_moved(now)
-        held.aspect = max(held.client.camera.aspect, 1e-3)
+        held.aspect = aspect_of(held.client)
         self._fold(held, now)
 
     def _fold(self, held: _Camera, now: float) -> None:
         """Let the charts give way in a narrow window, and come back in a wide one."""
+        if self._charts is None:
+            return
         width, height = held.client.camera.image_width, held.client.camera.image_height
         if held.folded_at is None:
             if width < NARROW * height:
@@ -182,7 +207,7 @@ class Framing:
             held.folded_at = None
             viser_internals.fold_panel(held.client, self._charts, False, next(self._folds))
 
-    def reset(self, subject: Subject, now: float, only: int | None = None) -> None:
+    def reset(self, subject: Seen, now: float, only: int | None = None) -> None:
         """Show everything again to all visitors, or to one."""
         self._look(subject)
         for client_id, held in self._here().items():
@@ -208,12 +233,12 @@ class Framing:
             del self._cameras[client_id]
         return self._cameras
 
-    def _look(self, subject: Subject) -> None:
+    def _look(self, subject: Seen) -> None:
         """Take what is shown now, if it is something else."""
         if subject != self._subject:
             self._subject, self._points = subject, subject.points()
 
-    def follow(self, subject: Subject, now: float) -> None:
+    def follow(self, subject: Seen, now: float) -> None:
         """Start to move the cameras for which what is shown no longer fits."""
         self._look(subject)
         for held in self._here().values():
@@ -251,7 +276,7 @@ class Framing:
         }
 
     def put_back(
-        self, kept: dict[int, tuple[FloatArray, FloatArray]], subject: Subject, now: float
+        self, kept: dict[int, tuple[FloatArray, FloatArray]], subject: Seen, now: float
     ) -> None:
         """Put cameras back that visitors had moved themselves; the others show everything."""
         self.reset(subject, now)

@@ -15,43 +15,65 @@ _SHOWN_SECONDS = 8.0
 
 
 @dataclass
-class _Complaint:
-    handle: Any
+class _Waiting:
+    """What a client is told once he has paused."""
+
+    title: str
     text: str
     due: float
+    handle: Any = None
+    """The widget whose value was turned away."""
+    sent: Any = None
+    """That value."""
 
 
 class Notices:
-    """Collects faults by client and tells each client once he has paused."""
+    """Collects what clients are to be told, and tells each once he has paused."""
 
     def __init__(self, clients: Callable[[], dict[int, Any]], gui: viser.GuiApi) -> None:
         self._clients, self._gui = clients, gui
-        self._waiting: dict[int, _Complaint] = {}
+        self._waiting: dict[tuple[int, str], _Waiting] = {}
 
     def complain(
-        self, client_id: int, handle: Any, fault: str, *, now: float | None = None
+        self, client_id: int, handle: Any, fault: str, sent: Any = None, *, now: float | None = None
     ) -> None:
-        """Note a fault; a later one of the same client takes its place."""
-        label = getattr(handle, "label", None)
-        text = f"{label}: {fault}" if label else fault
-        due = (time.monotonic() if now is None else now) + QUIET_SECONDS
-        self._waiting[client_id] = _Complaint(handle, text, due)
+        """Note a fault of what was `sent`; a later one of the same client takes its place."""
+        text = f"{_named(handle, fault)}. The last value stands."
+        self._wait(client_id, _Waiting("Not taken", text, _due(now), handle, sent))
 
-    def withdraw(self, client_id: int, handle: Any) -> None:
-        """Forget a fault of a widget that has sent something good since."""
-        waiting = self._waiting.get(client_id)
-        if waiting is not None and waiting.handle is handle:
-            del self._waiting[client_id]
+    def remark(
+        self, client_id: int | None, title: str, text: str, *, now: float | None = None
+    ) -> None:
+        """Note something for a client, or for all; a later one of this title takes its place."""
+        for number in self._clients() if client_id is None else (client_id,):
+            self._wait(number, _Waiting(title, text, _due(now)))
+
+    def _wait(self, client_id: int, waiting: _Waiting) -> None:
+        self._waiting[client_id, waiting.title] = waiting
+
+    def withdraw(self, client_id: int, handle: Any, value: Any) -> None:
+        """Forget a fault of a widget that has sent something good since.
+
+        A browser puts a number that was too large to its limit when the widget is left: that is
+        told, since nobody has typed it.
+        """
+        waiting = self._waiting.get((client_id, "Not taken"))
+        if waiting is None or waiting.handle is not handle:
+            return
+        del self._waiting[client_id, waiting.title]
+        if _is_limited(handle, waiting.sent, value):
+            text = _named(handle, f"{waiting.sent:g} was limited to {value:g}")
+            self.tell(client_id, "Limited", f"{text}.")
 
     def deliver(self, now: float) -> float | None:
         """Tell those whose pause is over; return when the next is due."""
-        for client_id, complaint in list(self._waiting.items()):
-            if complaint.due <= now:
-                del self._waiting[client_id]
-                self.tell(client_id, "Not taken", f"{complaint.text}. The last value stands.")
-                if hasattr(complaint.handle, "value") and not _is_button(complaint.handle):
-                    viser_internals.force_value(self._gui, complaint.handle)
-        return min((c.due for c in self._waiting.values()), default=None)
+        for (client_id, title), waiting in list(self._waiting.items()):
+            if waiting.due <= now:
+                del self._waiting[client_id, title]
+                self.tell(client_id, title, waiting.text)
+                if hasattr(waiting.handle, "value") and not _is_button(waiting.handle):
+                    viser_internals.force_value(self._gui, waiting.handle)
+        return min((w.due for w in self._waiting.values()), default=None)
 
     def tell(self, client_id: int, title: str, text: str, *, bad: bool = True) -> None:
         """Show one notification to one client, if he is still there."""
@@ -70,3 +92,20 @@ class Notices:
 
 def _is_button(handle: Any) -> bool:
     return isinstance(handle.value, bool) and not hasattr(handle, "min")
+
+
+def _due(now: float | None) -> float:
+    return (time.monotonic() if now is None else now) + QUIET_SECONDS
+
+
+def _named(handle: Any, text: str) -> str:
+    label = getattr(handle, "label", None)
+    return f"{label}: {text}" if label else text
+
+
+def _is_limited(handle: Any, sent: Any, value: Any) -> bool:
+    """Tell whether `value` is the limit that `sent` went beyond, and not what was typed on."""
+    limits = (getattr(handle, "min", None), getattr(handle, "max", None))
+    if type(sent) not in (int, float) or value not in limits:
+        return False
+    return not f"{value:g}".startswith(f"{sent:g}")

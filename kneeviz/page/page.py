@@ -22,14 +22,17 @@ from kneeviz.page.animation import Animation
 from kneeviz.page.framing import Framing, Subject
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
+from kneeviz.state.lesson import SetAside
 from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
 from kneeviz.state.motion import Knees, Motion, Poses
 from kneeviz.state.playback import Playback
 from kneeviz.state.search import SearchState
 from kneeviz.state.shown import Band
+from kneeviz.state.snapshot import Snapshot
 from kneeviz.state.study import StudyState
 from kneeviz.views.html.pieces import status
 from kneeviz.views.view import View
@@ -75,10 +78,15 @@ class Page:
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
+        self.keep: Callable[[Snapshot], None] | None = None
+        """Takes each new state, where it is kept beyond the page."""
+        self.begin()
         self.band: Band | None = None
         """The sampling band behind the curves."""
         self.lesson: int | None = None
         """The lesson's open step."""
+        self.set_aside: SetAside | None = None
+        """What the visitor had before the lesson."""
         self.model_ready: bool = False
         self.surrogate_ready: bool = False
         self.exact_ready: bool = False
@@ -86,8 +94,10 @@ class Page:
         """When to bring sliders and surrogate to bounds that moved, s of `time.monotonic`."""
         self.edited_at: float = -math.inf
         """When a slider was last moved, s of `time.monotonic`."""
-        self.shown_stale: bool = False
-        """Whether the page says that its result belongs to other bounds."""
+        self.mirrored_at: float = -math.inf
+        """When the position slider was last set by us, s of `time.monotonic`."""
+        self.standing: object = None
+        """What was drawn last of what belongs to what; see `kneeviz.actions.standing`."""
         self.touched: bool = True
         """Whether the charts' content, beyond the markers, is to be drawn anew."""
         self.unsolved: bool = False
@@ -112,11 +122,6 @@ class Page:
         )
 
     @property
-    def is_stale(self) -> bool:
-        """Whether the result on the page belongs to other bounds than those set now."""
-        return self.state.result_is_stale and not self.live.keeps_up
-
-    @property
     def knees(self) -> Knees:
         """The visitor's knee and, if they are shown, both worst cases."""
         one, two = self.state.worst if self.overlay else (None, None)
@@ -131,6 +136,23 @@ class Page:
     def poses(self) -> Poses:
         """The poses on screen: the visitor's knee and both worst cases, at one moment."""
         return self.motion.poses(self.state, self.knees, self.playback)
+
+    def begin(self) -> None:
+        """Let the present state be the one where the page began."""
+        self.history = History(self.snapshot())
+
+    def snapshot(self) -> Snapshot:
+        """Return what a visitor may change and want back, as it is now."""
+        state = self.state
+        return Snapshot(
+            knee=state.knee,
+            bounds=state.bounds,
+            x=state.x,
+            result=None if self.live.on else state.result,
+            overlay=self.overlay,
+            live=self.live.on,
+            settings=self.view.settings,
+        )
 
     def advance(self, now: float) -> None:
         """Carry on what moves; `now` is in s of `time.monotonic`."""
@@ -202,19 +224,13 @@ class Page:
             self.animation.start_fade(time.monotonic())
             self.view.scene.fade_overlays(0.0)
         self.overlay = shown
-        self.show_legends()
         self.touched = True
         self.motion.forget()
 
     def show_band(self, band: Band | None) -> None:
         """Draw a sampling band behind the curves, or none."""
         self.band = band
-        self.show_legends()
         self.touched = True
-
-    def show_legends(self) -> None:
-        """Write the charts' keys."""
-        self.view.show_legends(self.overlay, self.band)
 
     def glide_to(self, moment: float) -> None:
         """Turn the knee smoothly to where it rests under a moment, N m."""

@@ -4,27 +4,38 @@ import contextlib
 import io
 import logging
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import viser
 
 import kneecore
-from kneecore import KneeFile, SearchResult
+from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
+from kneecore.files.folder import write_file
 from kneeviz import viser_broadcast, viser_internals
+from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
+from kneeviz.anymodel.actions.files import of_this_model
+from kneeviz.anymodel.actions.search import take_result as take_model_result
+from kneeviz.anymodel.session import ModelSession
 from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
-from kneeviz.page.page import Clients, Page, Target
+from kneeviz.jobs.keeper import Keeper
+from kneeviz.page.page import Clients, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
-from kneeviz.state import results
+from kneeviz.state import results, saved
+from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
 MAX_SESSIONS = 16
 """Most visitors with a knee of their own."""
+Served = Session | ModelSession
+"""One page and its loop."""
 
 
 class App:
@@ -36,6 +47,8 @@ class App:
         Where to listen; 0 takes a free port, a busy one moves on to the next.
     knee : KneeFile, optional
         The baseline; the packaged one for None.
+    model : Model, optional
+        A model of one's own in the knee's place.
     result : SearchResult, optional
         A search's result to open with.
     shared : bool
@@ -45,13 +58,19 @@ class App:
         new one where others than this machine can reach the server.
     allow_hosts : sequence of str
         Names under which the server is reached through a proxy or a tunnel.
-    kernels : KernelWarmUp, optional
-        One that was started earlier.
+    state : path, optional
+        A file in which the state of the shared page is kept; if it is there, the page opens as
+        it was left.
 
     Raises
     ------
     ParameterError
-        If `result` is of a model that is no knee.
+        If `result` is of another model, a knee and a model are given, or `state` is given though
+        there is a model or visitors have pages of their own.
+    FileFormatError
+        If the file of the state cannot be read, or `result` is none of `model`.
+    OutputError
+        If the state cannot be written.
     """
 
     def __init__(
@@ -60,14 +79,25 @@ class App:
         host: str = "127.0.0.1",
         port: int = 8080,
         knee: KneeFile | None = None,
+        model: Model | None = None,
         result: SearchResult | None = None,
         shared: bool = True,
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
-        kernels: KernelWarmUp | None = None,
+        state: str | Path | None = None,
     ) -> None:
+        if state is not None and not shared:
+            raise ParameterError("`state` is given, but each visitor has a page of his own")
+        left = saved.read(state) if state is not None and Path(state).exists() else None
         self._knee = kneecore.packaged_knee() if knee is None else knee
-        self._result = None if result is None else results.of_knees(result)
+        for name, given in (("knee", knee), ("state", state)):
+            if model is not None and given is not None:
+                raise ParameterError(f"`{name}` and `model` are given; only one of them is allowed")
+        self._model, self._result = model, result
+        if result is not None:
+            self._result = (
+                results.of_knees(result) if model is None else of_this_model(model, result)
+            )
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
         viser_internals.skip_client_build()
@@ -79,14 +109,16 @@ class App:
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
-        self.warm_up = KernelWarmUp() if kernels is None else kernels
-        self.seats: Seats[Session] = Seats(MAX_SESSIONS, self._end)
-        self._common: dict[int | None, Session] = {}
+        self.warm_up = KernelWarmUp() if model is None else None
+        self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._end)
+        self._common: dict[int | None, Served] = {}
+        self._keeper: Keeper | None = None
         if shared:
-            self._common[None] = self._new_session(self.server, self.server.get_clients)
+            self._share(left, None if state is None else Path(state))
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
-        self.warm_up.start()
+        if self.warm_up is not None:
+            self.warm_up.start()
 
     @property
     def url(self) -> str:
@@ -99,18 +131,18 @@ class App:
         return self.gate.warning(self.server.get_port())
 
     @property
-    def sessions(self) -> dict[int | None, Session]:
+    def sessions(self) -> dict[int | None, Served]:
         """The sessions by their client's number; the shared one's is None."""
         return self._common | dict(self.seats.made.items())
 
     @property
-    def session(self) -> Session:
+    def session(self) -> Served:
         """The shared session."""
         return self._common[None]
 
     @property
-    def page(self) -> Page:
-        """The shared session's page."""
+    def page(self) -> Any:
+        """The shared session's page: a `Page`, or a `ModelPage` where there is a model."""
         return self.session.page
 
     def stop(self) -> None:
@@ -119,6 +151,8 @@ class App:
         for session in self._common.values():
             self._end(session)
         self._common = {}
+        if self._keeper is not None:
+            self._keeper.stop()
         uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
@@ -131,18 +165,55 @@ class App:
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
-    def _new_session(self, target: Target, clients: Clients) -> Session:
+    def _share(self, left: Snapshot | None, path: Path | None) -> None:
+        """Make the page of all visitors; it opens as it was `left`, and is kept at `path`."""
+        if self._model is not None:
+            self._common[None] = self._made(self.server, self.server.get_clients)
+            return
+        session = self._common[None] = self._session(self.server, self.server.get_clients)
+        try:
+            if left is not None:
+                undo.open_as_left(session.page, left)
+            if path is not None:
+                write_file(path, saved.to_text(session.page.snapshot()).encode())
+                self._keeper = Keeper(path, lambda why: session.post("not_kept", why))
+                session.page.keep = self._keep
+        except KneecoreError:
+            self.stop()
+            raise
+        self._start(session)
+
+    def _keep(self, state: Snapshot) -> None:
+        assert self._keeper is not None
+        self._keeper.keep(lambda: saved.to_text(state))
+
+    def _made(self, target: Target, clients: Clients) -> Served:
+        """Return the session of a new page, started."""
+        if self._model is None:
+            return self._start(self._session(target, clients))
+        session = ModelSession(target, self._model, clients)
+        if self._result is not None:
+            take_model_result(session.page, self._result)
+        session.start()
+        return session
+
+    def _session(self, target: Target, clients: Clients) -> Session:
         session = Session(target, self._knee, clients)
         if self._result is not None:
             take_result(session.page, self._result)
-        session.start()
-        self.warm_up.tell(session.post)
+        session.page.begin()
         return session
 
-    def _session_of(self, client: viser.ClientHandle) -> Session | None:
+    def _start(self, session: Session) -> Session:
+        session.start()
+        if self.warm_up is not None:
+            self.warm_up.tell(session.post)
+        return session
+
+    def _session_of(self, client: viser.ClientHandle) -> Served | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._new_session(client, lambda: {client.client_id: client})
+        return self._made(client, lambda: {client.client_id: client})
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
@@ -164,6 +235,7 @@ class App:
         if not self.shared:
             self.seats.leave(client.client_id)
 
-    def _end(self, session: Session) -> None:
-        self.warm_up.forget(session.post)
+    def _end(self, session: Served) -> None:
+        if self.warm_up is not None:
+            self.warm_up.forget(session.post)
         session.stop()

@@ -18,8 +18,6 @@ class KernelWarmUp:
         self._waiting: list[Post] = []
         self._thread = threading.Thread(target=self._run, name="warm-up", daemon=True)
 
-        Knee.compile_ahead()
-
     def start(self) -> None:
         """Start compiling here."""
         self._thread.start()

@@ -11,8 +11,8 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, live, methods, study, table
-from kneeviz.actions.result import show_result
+from kneeviz.actions import landscape, live, methods, standing, study, table, undo
+from kneeviz.jobs.messages import asked_by
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.page import Clients, Page, Target
@@ -46,7 +46,6 @@ class Session:
     def start(self) -> None:
         """Draw the knee and start the worker."""
         self.drawing.draw_load_free()
-        self.page.show_legends()
         self._worker.start()
 
     def stop(self) -> None:
@@ -58,9 +57,9 @@ class Session:
         """Ask the worker for something; returns at once."""
         self._worker.mailbox.post(key, value)
 
-    def reject(self, client_id: int, handle: Any, fault: str) -> None:
+    def reject(self, client_id: int, handle: Any, fault: str, sent: Any) -> None:
         """Note that a client's message was turned away; it is told once it stops."""
-        self.post(("reject", client_id), (client_id, handle, fault))
+        self.post(("reject", client_id), (client_id, handle, fault, sent))
 
     # The worker's thread from here on.
 
@@ -75,9 +74,9 @@ class Session:
         if page.settle_at is not None and now >= page.settle_at:
             self._perform("settle", None)
         slow_at = live.follow(page)
-        if actions and page.shown_stale != page.is_stale:
-            show_result(page)
         page.advance(now)
+        if actions or page.touched:
+            standing.follow(page)
         held, page.held = page.held, False
         news = page.touched or was_moving or page.moving or (bool(actions) and not held)
         if page.model_ready and news:
@@ -122,9 +121,10 @@ class Session:
         except Exception as error:
             _LOG.exception("%s failed", key)
             self._say_failed(error)
-            client_id = table.asked_by(value)
+            client_id = asked_by(value)
             if client_id is not None:
                 self.page.notices.tell(client_id, "That did not work", str(error)[:300])
+        undo.note(self.page, key, value)
 
     def _failed(self, error: Exception) -> None:
         self._say_failed(error)

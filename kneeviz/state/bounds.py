@@ -60,6 +60,9 @@ class Bounds:
             baseline=knee.baseline,
             title=knee.title,
             note=knee.note,
+            distribution=knee.distribution,
+            deviations=knee.deviations,
+            sources=knee.sources,
         )
 
 

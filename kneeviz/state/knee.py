@@ -28,6 +28,7 @@ from kneeviz.geometry.sweep import Sweep, sweep_of
 from kneeviz.jobs.cores import spare_cores
 from kneeviz.state import results
 from kneeviz.state.bounds import SCALE, WIDTH, Bounds
+from kneeviz.state.origin import Origin, digest, of_found, of_space
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +41,7 @@ class Solved:
     response: Response
     sweep: Sweep | None
     """None if the model failed."""
+    origin: Origin
 
 
 class KneeState:
@@ -85,25 +87,19 @@ class KneeState:
         """Whether the visitor's knee is the baseline."""
         return np.array_equal(self.x, widened(self.space.baseline, WIDTH))
 
-    @property
-    def result_is_stale(self) -> bool:
-        """Whether the result belongs to other bounds than those set now."""
-        return self.result is not None and self.is_stale(self.result)
+    def origin(self, *, around_knee: bool = False) -> Origin:
+        """Return what is computed now is computed for; its bounds are around the visitor's knee."""
+        try:
+            space = self.space_around_knee() if around_knee else self.space
+        except ParameterError:  # no bounds can be there
+            return Origin(knee=digest(self.x))
+        now = of_space(space, self.bounds.rest_length)
+        return replace(now, knee=digest(self.x))
 
     def is_stale(self, found: Any) -> bool:
-        """Tell whether a result of kneecore's belongs to other bounds than those set now."""
-        old, now = results.space(found), self.space
-        if not old.is_around_baseline:
-            try:
-                now = self.space_around_knee()
-            except ParameterError:
-                return True
-        same = (
-            np.array_equal(old.lower, now.lower)
-            and np.array_equal(old.upper, now.upper)
-            and np.array_equal(old.baseline, now.baseline)
-        )
-        return not same or results.rest_length(found) != self.bounds.rest_length
+        """Tell whether one of kneecore's results belongs to other bounds than those set now."""
+        then = of_found(found)
+        return bool(then.changed(self.origin(around_knee=then.knee is not None)))
 
     def space_around_knee(self) -> ParameterSpace:
         """Return the present bounds around the visitor's knee instead of the baseline.
@@ -126,7 +122,9 @@ class KneeState:
             x, baseline=self.space.baseline, rest_length=self.bounds.rest_length
         )
         sweep = sweep_of(x, response, strain_free=self.strain_free)
-        return Solved(x=widened(x, WIDTH), response=response, sweep=sweep)
+        full = widened(x, WIDTH)
+        origin = replace(self.origin(), bounds=None, knee=digest(full))
+        return Solved(x=full, response=response, sweep=sweep, origin=origin)
 
     def predict(self, x: FloatArray) -> FloatArray | None:
         """Return the surrogate's angles for `x`, rad, or None where it knows nothing of it."""
@@ -170,9 +168,22 @@ class KneeState:
         if not keep_surrogate:
             self.surrogate = self.predicted = None
 
+    def take_box(self, knee: KneeFile, bounds: Bounds) -> None:
+        """Take a baseline and bounds around it; the visitor's knee stays as it is.
+
+        Raises
+        ------
+        ParameterError
+            If no knee fits the bounds; nothing has changed then.
+        """
+        self.space = bounds.space(knee)
+        self.knee, self.bounds = knee, bounds
+        self.surrogate = self.predicted = None
+
     def solve_baseline(self) -> None:
         """Run kneecore for the baseline knee."""
-        self.baseline = self.solve(self.space.baseline)
+        solved = self.solve(self.space.baseline)
+        self.baseline = replace(solved, origin=replace(solved.origin, knee=None))
 
     def fit(self) -> None:
         """Fit the surrogate of the present bounds; raises `KneecoreError` if it cannot be."""
@@ -188,8 +199,12 @@ class KneeState:
         worst = []
         for x, response in results.knees(result):
             sweep = sweep_of(x, response, strain_free=recomputed and len(x) == len(NAMES))
-            worst.append(Solved(x=x, response=response, sweep=sweep))
+            worst.append(Solved(x=x, response=response, sweep=sweep, origin=of_found(result)))
         self.result, self.worst = result, (worst[0], worst[1])
+
+    def forget_result(self) -> None:
+        """Have no result any more."""
+        self.result, self.worst = None, (None, None)
 
     @property
     def training_curves(self) -> FloatArray | None:
@@ -223,15 +238,5 @@ class KneeState:
 
     def knee_text(self) -> str:
         """Return the baseline, its half-ranges and the visitor's knee as a knee file."""
-        # The lower side: Poisson's upper bound may have been clipped.
-        half = self.space.baseline - self.space.lower
-        half = np.where(self.space.free, half, widened(self.knee.half_ranges, len(half)))
-        plain = not self.x[len(NAMES) :].any() and len(half) == len(NAMES)
-        return kneecore.dump_knee(
-            baseline=self.space.baseline,
-            half_ranges=half,
-            sources=self.knee.sources,
-            current=self.x[: len(NAMES)] if plain else self.x,
-            title=self.knee.title,
-            note=self.knee.note,
-        )
+        plain = not self.x[len(NAMES) :].any() and len(self.space.lower) == len(NAMES)
+        return self.space.to_toml(self.x[: len(NAMES)] if plain else self.x)

@@ -1,6 +1,6 @@
 """What the landscape knows: whether it is shown, of what, and the thread that computes its grid."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from kneeviz.jobs import computations
 from kneeviz.jobs.messages import Post
 from kneeviz.jobs.worker import Actions, Worker
 from kneeviz.state.knee import KneeState
+from kneeviz.state.origin import Origin, digest, of_space
 
 FloatArray = NDArray[np.float64]
 
@@ -35,12 +36,14 @@ class Slice:
     def same_as(self, other: "Slice | None") -> bool:
         """Tell whether both ask for the same grid."""
         return (
-            other is not None
-            and np.array_equal(self.x, other.x)
-            and self.knee.space is other.knee.space
-            and self.surrogate is other.surrogate
-            and (self.knee.rest_length, self.names) == (other.knee.rest_length, other.names)
+            other is not None and self.origin == other.origin and self.surrogate is other.surrogate
         )
+
+    @property
+    def origin(self) -> Origin:
+        """What the grid is computed for."""
+        box = of_space(self.knee.space, self.knee.rest_length)
+        return replace(box, knee=digest(self.x), axes=digest(*self.names))
 
     def compute(self) -> Landscape:
         """Run kneecore over the grid."""
@@ -83,6 +86,16 @@ class LandscapeState:
         """What the picture on screen was made of."""
         self.cameras: dict[int, tuple[Any, Any]] = {}
         """Position and target of the cameras that visitors had moved before the landscape came."""
+
+    @property
+    def origin(self) -> Origin | None:
+        """What the grid on screen was computed for; None without one."""
+        return self.found[0].origin if self.shown and self.found is not None else None
+
+    @property
+    def axes(self) -> str:
+        """The digest of the two parameters that are chosen."""
+        return digest(*self.names)
 
     def stop(self) -> None:
         """End the thread."""

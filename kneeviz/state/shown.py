@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from kneecore import MonteCarloResult
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.geometry.sweep import Sweep
+from kneeviz.state.origin import Origin, of_found
 
 FloatArray = NDArray[np.float64]
 
@@ -25,12 +26,18 @@ class Band:
     """Shape (12,)."""
     text: str
     """What was sampled and how, for people: "2,000 samples, settled"."""
+    origin: Origin
 
 
 def band_of(sampled: MonteCarloResult, text: str) -> Band:
     """Return the band of a sampling; `text` says what was sampled."""
     spread = sampled.y
-    return Band(lower_deg=spread.percentile_lower, upper_deg=spread.percentile_upper, text=text)
+    return Band(
+        lower_deg=spread.percentile_lower,
+        upper_deg=spread.percentile_upper,
+        text=text,
+        origin=of_found(sampled),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

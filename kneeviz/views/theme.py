@@ -4,7 +4,8 @@ The hues are Okabe and Ito's, which people with the common colour-vision deficie
 apart; only greys and near-blacks change between the light and the dark theme.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,8 @@ class Palette:
     mechanism: RGB
     arrow: RGB
     contact: RGB
+    size: float = 1.0
+    """How much larger lines, dots and their text are than at a desk."""
 
 
 LIGHT = Palette(
@@ -110,9 +113,39 @@ DARK = Palette(
 )
 
 
-def palette(dark: bool) -> Palette:
-    """Return the colours of the light or the dark theme."""
-    return DARK if dark else LIGHT
+CLASS_SIZE = 1.3
+"""How much larger everything is for a class, which looks from afar."""
+
+
+def palette(dark: bool, *, large: bool = False) -> Palette:
+    """Return the colours of the light or the dark theme, at a desk's size or large for a class."""
+    colours = DARK if dark else LIGHT
+    return replace(colours, size=CLASS_SIZE) if large else colours
+
+
+_FADES = {
+    "knee": ("current", "bone", "rim", "fibula", "mechanism"),
+    "worst": ("model_1", "model_2"),
+    "landscape": ("current", "surrogate", "training", "model_1", "model_2"),
+}
+"""The colours of what may belong to a state that is over."""
+_GREY: RGB = (150, 150, 150)
+_FADED = 0.72  # so far towards grey: the two models can still be told apart
+
+
+def faded(colours: Palette, subjects: frozenset[str]) -> Palette:
+    """Return `colours` with those of some subjects (`_FADES`) turned towards grey."""
+    names = {name for subject in subjects for name in _FADES[subject]}
+    turned: dict[str, Any] = {name: _greyed(getattr(colours, name)) for name in names}
+    return replace(colours, **turned)
+
+
+def _greyed(colour: str | RGB) -> str | RGB:
+    if not isinstance(colour, str):
+        return mix(colour, _GREY, _FADED)
+    if not colour.startswith("#"):  # it is pale already
+        return colour
+    return "#{:02x}{:02x}{:02x}".format(*mix(rgb(colour), _GREY, _FADED))
 
 
 def group_colour(group: str, colours: Palette) -> str:
@@ -138,6 +171,20 @@ def mix(a: RGB, b: RGB, share: float) -> RGB:
 def handle_colour(colour: RGB) -> NDArray[np.uint8]:
     """Return a colour in the form that line handles take after their creation."""
     return np.array(colour, dtype=np.uint8)
+
+
+def large_text() -> str:
+    """Return the style that enlarges the panels' content.
+
+    The charts are left out: they draw their own text, and a pointer over an enlarged one would
+    read the wrong place.
+    """
+    content = 'div[style*="cursor: grab"] + div[style*="flex-grow: 1"] > *'
+    return (
+        f"<style>{content} {{ zoom: {CLASS_SIZE}; width: 100% !important }}"
+        f"{content} {content} {{ zoom: 1 }}"
+        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}</style>"
+    )
 
 
 ON_A_PHONE = """<style>

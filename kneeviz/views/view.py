@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import ParameterSpace
-from kneeviz.geometry.mechanism import Pose
+from kneeviz import viser_internals
 from kneeviz.jobs.messages import Post
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import free_names
@@ -14,12 +14,14 @@ from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import box, faint
-from kneeviz.views.html.readout import legend, readout
+from kneeviz.views.html.readout import legend
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
+from kneeviz.views.tabs.events import on_value
 from kneeviz.views.tabs.files import FilesTab
 from kneeviz.views.tabs.knee import KneeTab
 from kneeviz.views.tabs.learn import LearnTab
@@ -32,6 +34,8 @@ from kneeviz.views.tabs.transport import add_transport
 FloatArray = NDArray[np.float64]
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
+_CLASS_WIDER = 1.2
+"""The panels take less than the text that they hold: the picture needs its room."""
 
 
 class View:
@@ -39,7 +43,9 @@ class View:
 
     def __init__(self, target: Any, post: Post, state: KneeState) -> None:
         gui = target.gui
-        self.dark = False
+        self.dark = self.large = False
+        self.faded: frozenset[str] = frozenset()
+        """What is drawn in faded colours, since it belongs to a state that is over."""
         gui.configure_theme(
             show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=False
         )
@@ -50,6 +56,7 @@ class View:
         self.landscape: LandscapeScene | None = None
         self._add_left(gui, post)
         self._add_right(gui, post, state)
+        self.commands = add_commands(gui, post)
 
     def _add_left(self, gui: Any, post: Post) -> None:
         colours = theme.palette(self.dark)
@@ -83,6 +90,7 @@ class View:
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
         gui.add_html(theme.ON_A_PHONE)
+        self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Knee"):
@@ -98,31 +106,77 @@ class View:
             self.look = LookTab(gui, post)
         with tabs.add_tab("Files"):
             self.files = FilesTab(gui, post)
+        self.setting_handles = self.search.settings_by_name | self.study.settings_by_name
+        for name, handle in self.setting_handles.items():
+            on_value(handle, post, ("setting", name))
+        self.first_settings = self.settings
+
+    @property
+    def settings(self) -> tuple[tuple[str, Any], ...]:
+        """The values of all settings of searches and studies, by name."""
+        return tuple((name, handle.value) for name, handle in self.setting_handles.items())
+
+    def settings_fault(self, settings: tuple[tuple[str, Any], ...]) -> str | None:
+        """Return what is wrong with settings that somebody else has told, or None."""
+        for name, value in settings:
+            handle = self.setting_handles.get(name)
+            if handle is None:
+                return f"{name[:60]!r} is unknown"
+            fault = viser_internals.value_fault(handle, value)
+            if fault is not None:
+                return f"{name}: {fault}"
+        return None
+
+    def set_settings(self, settings: tuple[tuple[str, Any], ...]) -> None:
+        """Set all settings to values that `settings` has told."""
+        for name, value in settings:
+            if self.setting_handles[name].value != value:
+                self.setting_handles[name].value = value
+        self.search.show_method()
 
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""
         self.dark = dark
-        colours = theme.palette(dark)
         gui.configure_theme(
             show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=dark
         )
-        self.scene.dark = dark
-        self.scene.repaint()
+        self._paint()
+
+    def resize(self, gui: Any, large: bool) -> None:
+        """Show everything large, for a class, or at a desk's size."""
+        self.large = large
+        self.class_size.content = theme.large_text() if large else ""
+        for panel, width in ((self.left, LEFT_WIDTH), (gui.main_panel, RIGHT_WIDTH)):
+            panel.set_width(round(width * (_CLASS_WIDER if large else 1.0)))
+        self._paint()
+
+    @property
+    def colours(self) -> theme.Palette:
+        """The theme's colours, faded where what they draw belongs to a state that is over."""
+        return theme.faded(theme.palette(self.dark, large=self.large), self.faded)
+
+    def fade(self, faded: frozenset[str]) -> None:
+        """Draw some things in faded colours, and all others in their own."""
+        if faded != self.faded:
+            self.faded = faded
+            self._paint()
+
+    def _paint(self) -> None:
+        colours = self.colours
+        self.scene.paint(colours)
+        if self.landscape is not None:
+            self.landscape.paint(colours)
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
     def show_legends(self, overlays: bool, band: Band | None) -> None:
         """Write the charts' keys."""
-        colours = theme.palette(self.dark)
+        colours = self.colours
         self.curve_legend.content = legend(
             colours, overlays=overlays, curve=True, band=None if band is None else band.text
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)
-
-    def show_readout(self, pose: Pose) -> None:
-        """Write angle, moment and tensions of the pose on screen."""
-        self.transport.readout.content = readout(pose, theme.palette(self.dark))
 
     def show_other_charts(self, shown: Shown, markers: Markers) -> None:
         """Feed the charts behind the first tab, which may be fed less often."""
@@ -133,7 +187,7 @@ class View:
         self, space: ParameterSpace, knees: tuple[FloatArray | None, ...], precision: int = 2
     ) -> None:
         """Write the parameters side by side: baseline, the visitor's knee, model 1 and 2."""
-        colours = theme.palette(self.dark)
+        colours = self.colours
         labels = ("baseline", "yours", "model 1", "model 2")
         hues = (colours.baseline, colours.current, colours.model_1, colours.model_2)
         entries = list(zip(labels, hues, knees, strict=True))

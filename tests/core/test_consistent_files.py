@@ -49,6 +49,8 @@ NOT_DERIVABLE = {
     ),
     "what became of each run, which is not kept": (
         *("counts.models_refined", "counts.models_unsettled", "counts.models_failed"),
+        *("counts.failed", "counts.refined", "counts.unsettled", "counts.not_at_rest"),
+        *("counts.implausible", "counts.lost", "marks.*"),
         *("n_failed*", "n_refined", "n_unsettled", "n_not_at_rest", "n_implausible", "n_lost"),
         *("evidence.models_lost", "evidence.patterns.[*].objective", "evidence.second_best"),
         *(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from kneecore import ParameterSpace, _jit, _kernel_cache, simulate
+from kneecore import ParameterSpace, _jit, _kernel_folder, simulate
 
 
 def double(x):
@@ -25,7 +25,7 @@ def triple(x):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(_jit, "cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(_kernel_cache, "_told", set())
+    monkeypatch.setattr(_kernel_folder, "_told", set())
     return tmp_path
 
 
@@ -131,7 +131,7 @@ def test_a_full_disk(folder, caplog, monkeypatch):
 def test_no_folder_for_the_cache(tmp_path, monkeypatch, caplog):
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    monkeypatch.setattr(_kernel_cache, "_told", set())
+    monkeypatch.setattr(_kernel_folder, "_told", set())
     _jit.cache_folder.cache_clear()
     try:
         assert _jit.kernel(double)(2.0) == 4.0

@@ -9,7 +9,6 @@ import sys
 import pytest
 from imports import ROOT
 
-from kneecore import _jit
 from kneecore import _second_compiler as second
 
 PLACES = sorted(
@@ -17,7 +16,7 @@ PLACES = sorted(
         place
         for path in (ROOT / "kneecore").rglob("*.py")
         for place in re.findall(
-            r'^_[A-Z_]+ = "([\w.]+:\w+)"$', path.read_text(encoding="utf-8"), re.M
+            r'^[A-Z_]+ = "([\w.]+:\w+)"$', path.read_text(encoding="utf-8"), re.M
         )
     }
 )
@@ -26,7 +25,7 @@ PLACES = sorted(
 @pytest.fixture
 def empty(tmp_path, monkeypatch):
     """An empty cache on a machine with two cores."""
-    monkeypatch.setattr(_jit, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(second, "cache_folder", lambda: tmp_path)
     monkeypatch.setattr(second, "available_cores", lambda: 2)
     second._second_process.cache_clear()
     yield tmp_path
@@ -115,9 +114,9 @@ def test_none_where_it_is_of_no_use(empty, started, monkeypatch, why):
     elif why == "one core":
         monkeypatch.setattr(second, "available_cores", lambda: 1)
     elif why == "no cache":
-        monkeypatch.setattr(_jit, "cache_folder", lambda: None)
+        monkeypatch.setattr(second, "cache_folder", lambda: None)
     else:
-        monkeypatch.setattr(second.config, "DISABLE_JIT", 1)
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     compiled_apart("os:getcwd")
     assert not started
 

@@ -8,7 +8,7 @@ from naive import BASELINE
 from naive import NAMES as NAIVE_NAMES
 
 from kneecore import NAMES, ParameterError, ParameterSpace, parameter_table
-from kneecore.knee.space import POISSON_LIMIT
+from kneecore.knee.likely import POISSON_LIMIT
 
 
 def test_the_table_agrees_with_the_naive_model():

@@ -4,7 +4,7 @@ import naive
 import numpy as np
 import pytest
 
-from kneecore import ModelError, ParameterSpace, simulate, trajectory
+from kneecore import Knee, ModelError, ParameterSpace, simulate, trajectory
 from kneecore.knee.physics import dynamics
 from kneecore.knee.physics.dynamics import SAME_ANGLE, Trial, accepted
 from kneecore.knee.response import prepare
@@ -90,6 +90,20 @@ def test_wild_twice_is_given_up(monkeypatch):
     assert halvings.tolist() == [[-1, -1]]
     assert np.isnan(poses).all()
     assert not settled.any()
+
+
+def test_a_screening_gives_up_knees_that_need_more_than_one_halving_and_alters_no_other():
+    space = ParameterSpace(geometry_bound_mm=3, slope_bound_deg=3, material_bound_percent=30)
+    knee = Knee(space, rest_length="fixed")
+    x = space.from_unit(np.round(np.random.default_rng(7).random((96, 28))))
+    halvings = knee.simulate_batch(x).refinements
+    whole, screened = knee.evaluate(x), knee.screening.evaluate(x)
+    many = halvings > 1
+    assert (np.count_nonzero(many), np.count_nonzero(halvings == 1)) > (0, 0)
+    np.testing.assert_array_equal(screened[~many], whole[~many])
+    assert np.isnan(screened[many]).all()
+    assert np.isfinite(whole[many]).all()
+    assert knee.screening.identity != knee.identity == Knee(space, rest_length="fixed").identity
 
 
 @pytest.mark.parametrize(("index", "halvings"), [(7, [0, 1]), (130, [1, 0]), (26, [1, 2])])

@@ -22,13 +22,13 @@ def told(honest: Honest, served: Served, before_mb: float) -> str:
     )
 
 
-def fared_well(honest: Honest, served: Served, before_mb: float) -> bool:
+def fared_well(honest: Honest, served: Served, before_mb: float, most_mb: float = 150.0) -> bool:
     """Tell whether he was served, and the server neither grew nor complained."""
     return (
         honest.failure is None
         and len(honest.seconds) >= 10
         and honest.p95_ms < 1000.0
-        and served.memory_mb - before_mb < 150.0
+        and served.memory_mb - before_mb < most_mb
         and served.said == ""
     )
 
@@ -218,7 +218,9 @@ def uploads(scale: Scale) -> Outcome:
             thread.join(60)
         most = max(most, served.memory_mb)
         time.sleep(1.0)
-        happened, sound = told(honest, served, before), fared_well(honest, served, before)
+        # What was freed stays with the process for a while: a fifth of all that was sent.
+        happened = told(honest, served, before)
+        sound = fared_well(honest, served, before, most_mb=300.0)
     return Outcome(
         injected=f"{5 * visitors} of 5 MB by {visitors} visitors",
         happened=f"at most {most - before:.0f} MB held; {happened}",

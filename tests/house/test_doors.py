@@ -32,15 +32,23 @@ def test_no_two_results_call_themselves_the_same():
     assert len(set(schemas)) == len(schemas)
 
 
-def test_a_search_of_knees_loads_no_more_than_it_needs():
+SEARCH = """
+from kneecore import Knee, SearchSettings, worst_case
+found = worst_case(Knee(), SearchSettings(pop_size=20, n_generations=5))
+str(found), found.to_json()
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "rare"),
+    [
+        (SEARCH, ("scipy.stats", "matplotlib", "cloudpickle", "distributed", "multiprocessing")),
+        ("import kneeviz.server.app", ("scipy.stats", "matplotlib", "cloudpickle", "distributed")),
+    ],
+    ids=["search", "page"],
+)
+def test_a_start_loads_no_more_than_it_needs(code, rare):
     """Every tenth of a second counts at the start; what is rare is loaded when it is used."""
-    code = (
-        "import sys, kneecore\n"
-        "from kneecore import Knee, SearchSettings, worst_case\n"
-        "found = worst_case(Knee(), SearchSettings(pop_size=20, n_generations=5))\n"
-        "str(found), found.to_json()\n"
-        "rare = ('scipy.stats', 'matplotlib', 'cloudpickle', 'distributed', 'multiprocessing')\n"
-        "print([name for name in rare if name in sys.modules])\n"
-    )
+    code += f"\nimport sys\nprint([name for name in {rare} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

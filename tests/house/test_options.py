@@ -203,6 +203,10 @@ def knees(draw):
     rest = draw(st.sampled_from([None, "rest_length_bound_mm", "rest_length_bound_percent"]))
     if rest is not None:
         space[rest] = draw(bound)
+    space["distribution"] = draw(st.sampled_from(["uniform", "normal", "truncated-normal"]))
+    if space["distribution"] != "uniform":
+        space["deviations"] = draw(st.sampled_from([None, 1.5]))
+    space["quantile"] = draw(st.sampled_from([None, 0.9]))
     return Knee(
         ParameterSpace(case=draw(st.sampled_from(["both", "geometry", "material"])), **space),
         solver=draw(st.sampled_from(["dynamics", "equilibrium"])),
@@ -237,11 +241,12 @@ def test_the_printed_command_gives_equal_settings_and_an_equal_knee(knee, how):
     command = command_line(result_of(knee, how))
     assert command.startswith(f"{COMMAND} ") or command == COMMAND
     options = parsed(Options, command.removeprefix(COMMAND).split())
-    again = options.knee()
+    again = options.subject()
     assert settings_from(SearchSettings, options).of(again) == how
     assert (again.solver, again.rest_length) == (knee.solver, knee.rest_length)
     assert again.space.case == knee.space.case
     assert again.names == knee.names
+    assert again.space.likely == knee.space.likely
     np.testing.assert_array_equal([again.lower, again.upper], [knee.lower, knee.upper])
 
 

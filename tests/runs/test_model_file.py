@@ -136,6 +136,43 @@ def test_options_of_runs_are_in_the_file_too(write, tmp_path):
             'axis = "all"',
             "`outputs[1]`: `axis of stretch` is 'all'",
         ),
+        (
+            "lower = 45.0",
+            "lower = 45.0\nchoices = [1, 2]",
+            "`inputs[2]`: the bounds of `k_2` are given in no way, or in several; one is needed",
+        ),
+        (
+            "lower = 45.0\nupper = 55.0",
+            "choices = 3",
+            "`inputs[2]`: `choices of k_2` is 3; a row of 1 to 100,000 numbers is allowed",
+        ),
+        (
+            "upper = 55.0",
+            "upper = 55.0\ninteger = 1",
+            "`inputs[2]`: `integer of k_2` is 1; True or False is allowed",
+        ),
+        (
+            "upper = 55.0",
+            'upper = 55.0\ndistribution = "beta"',
+            "`inputs[2]`: `distribution of k_2` is 'beta'; 'uniform' or 'normal' or",
+        ),
+        (
+            "upper = 55.0",
+            "upper = 55.0\ndeviations = 2",
+            "`inputs[2]`: `deviations of k_2` is 2; a uniform distribution has none",
+        ),
+        ("upper = 55.0", "upper = 55.0\nmode = 2", "`inputs[2]`: `mode of k_2` is 2; a uniform di"),
+        (
+            "upper = 55.0",
+            "upper = 55.0\nquantile = 2",
+            "`inputs[2]`: `quantile of k_2` is 2; abo",
+        ),
+        ('name = "two springs"', 'correlation = "all"', "`correlation` is not an array of numbers"),
+        (
+            'name = "two springs"',
+            'correlation = [["k_1", "k_3", 0.5]]',
+            "`correlation` has ['k_1', 'k_3', 0.5] in it; (input, input, number) with two",
+        ),
         ("[[outputs]]", "[outputs]", "`outputs` is {"),
         ("[runs]", "[runs]\nworkers = 0", "`workers` is 0; a whole number from 1"),
         ("timeout_s = 20", "timeout = 20", "`runs.timeout` is no key of a model's file; workers,"),
@@ -174,6 +211,34 @@ def test_a_wrong_key_is_told_in_one_line(write, old, new, said):
         Model.from_file(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)
+
+
+AS_THEY_ARE = (
+    SPRINGS.replace("upper = 55.0", "upper = 55.0\ninteger = true")
+    .replace('unit = "N/mm"', 'distribution = "log-normal"\ndeviations = 2\nquantile = 0.9')
+    .replace('name = "two springs"', 'correlation = [["k_1", "k_2", 0.5]]')
+)
+
+
+def test_inputs_as_they_are(write):
+    function = FUNCTION.replace("= {}", "= false")
+    model = Model.from_file(write(AS_THEY_ARE + function))
+    one, two = model.inputs
+    assert (one.distribution, one.deviations, one.quantile) == ("log-normal", 2.0, 0.9)
+    assert two.allowed == tuple(range(45, 56))
+    assert model.correlation[0, 1] == 0.5
+    listed = SPRINGS.replace("lower = 45.0\nupper = 55.0", "choices = [47.0, 50.0]")
+    assert Model.from_file(write(listed + function)).inputs[1].choices == (47.0, 50.0)
+
+
+def test_a_program_gets_whole_numbers_as_such(write, tmp_path):
+    (tmp_path / "case.json.template").write_text('{"springs": [{k_1}, {k_2:d}]}')
+    model = Model.from_file(write(AS_THEY_ARE + PROGRAM))
+    np.testing.assert_array_equal(model.evaluate(X), Y)
+    assert model.failures == ()
+    (tmp_path / "case.json.template").write_text('{"springs": [{k_1:d}, {k_2}]}')
+    with pytest.raises(FileFormatError, match=r"`template` has the field '\{k_1:d\}'"):
+        Model.from_file(write(AS_THEY_ARE + PROGRAM))
 
 
 @pytest.mark.parametrize(
@@ -243,6 +308,22 @@ def test_sampling_and_influence(write, tmp_path, capsys):
     assert (code, err) == (0, "")
     assert "Model: two springs." in out
     assert "k_2" in out
+
+
+def test_a_quantile_box_and_correlated_inputs_from_a_terminal(write, capsys):
+    path = write(AS_THEY_ARE + FUNCTION.replace("= {}", "= false"))
+    code, out, err = ran(search.main, ["--model", path, "--quantile", 0.8, *QUICK], capsys)
+    assert (code, err) == (0, "")
+    assert "Bounds: the central 80 % of each distribution" in out
+    options = ["--model", path, "--samples", 100, "--quiet"]
+    code, out, err = ran(uncertainty.main, options, capsys)
+    assert (code, err) == (0, "")
+    told = "Inputs: 1 log-normal with bounds at 2 sd, 1 uniform, correlated."
+    assert told in " ".join(out.split())
+    code, out, err = ran(uncertainty.main, [*options, "--influence"], capsys)
+    assert (code, out) == (2, "")
+    assert "`correlation` of the model is given; Sobol' indices share the variance out" in err
+    assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kneecore import Input, Model, Output
@@ -10,6 +11,7 @@ from kneecore import Input, Model, Output
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SAID = {
     "any_model.md": "Verdict: trusted.",
+    "inputs.md": "1 truncated normal with bounds at 3 sd, 1 log-normal",
     "cluster.md": "run 2 raised RuntimeError: no convergence",
     "programs.md": "model 1 gives 0.136364 mm, model 2 0.166667 mm",
 }
@@ -29,8 +31,17 @@ def test_the_examples_run(page, tmp_path, monkeypatch, capsys):
     assert shown
     for block in shown:
         exec(compile(block, page, "exec"), names)
-    names["model"].close()
     assert SAID[page] in capsys.readouterr().out
+    if page == "inputs.md":
+        [text] = blocks(page, "toml")
+        text += '[[outputs]]\nname = "y"\n[function]\nrun = "math:hypot"\n'
+        (tmp_path / "filter.toml").write_text(text)
+        model, shown = Model.from_file("filter.toml"), names["filter_"]
+        for one, other in zip(model.inputs, shown.inputs, strict=True):
+            assert (one.drawn, one.allowed) == (other.drawn, other.allowed)
+        np.testing.assert_array_equal(model.correlation, shown.correlation)
+        return
+    names["model"].close()
     if page == "programs.md":
         [text] = blocks(page, "toml")
         (tmp_path / "springs.toml").write_text(text)

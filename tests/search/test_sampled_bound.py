@@ -5,7 +5,8 @@ import pytest
 
 from kneecore.errors import ModelError
 from kneecore.search import sampled_bound
-from kneecore.search.sampled_bound import bound_half, bound_pair
+from kneecore.search.half_bound import Half, bound_half
+from kneecore.search.sampled_bound import bound_pair
 from kneecore.search.slope_signs import slope_signs, vertices
 
 
@@ -61,12 +62,14 @@ def test_the_bound_holds_where_the_maximum_is_inside(widening):
     grid = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 3), axis=-1).reshape(-1, 3)
     y = _ishigami(grid)[:, 0]
     (found,) = bound_pair(slopes, 3, np.ones(1), n_samples=4000, widenings=(widening,))
-    assert found.best < y.max() - y.min() <= found.bound
+    true = y.max() - y.min()
+    assert found.best <= true + 1e-9 <= found.bound + 2e-9
 
 
 def test_a_wider_range_of_slopes_gives_a_larger_bound():
     slopes = _slopes(_ishigami, _ishigami_slopes)
-    bounds = [b.bound for b in bound_pair(slopes, 3, np.ones(1), widenings=(0.0, 0.05, 0.25))]
+    found = bound_pair(slopes, 3, np.ones(1), n_samples=1000, widenings=(0.0, 0.05, 0.25))
+    bounds = [one.bound for one in found]
     assert bounds == sorted(set(bounds))
 
 
@@ -118,6 +121,32 @@ def test_the_bound_holds_over_all_patterns_however_many_are_looked_at(monkeypatc
         bounds.append(found.bound)
     assert bounds == sorted(bounds, reverse=True)
     assert bounds[-1] < bounds[0]
+
+
+@pytest.mark.parametrize("widening", [0.0, 0.1])
+def test_halved_boxes_bring_the_bound_down_and_never_below_the_maximum(monkeypatch, widening):
+    grid = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 17)] * 3), axis=-1).reshape(-1, 3)
+    y = _crossing(grid)
+    true = np.abs(y[:, None] - y).sum(axis=2).max()
+    slopes = _slopes(_crossing, _crossing_slopes)
+    bounds = []
+    for max_splits in (0, 4, 24):
+        monkeypatch.setattr(sampled_bound, "MAX_SPLITS", max_splits)
+        (one,) = bound_pair(slopes, 3, np.ones(2), n_samples=500, widenings=(widening,))
+        assert true <= one.bound + 1e-9
+        assert one.best <= one.bound
+        bounds.append(one.bound)
+    assert bounds == sorted(bounds, reverse=True)
+    assert bounds[-1] - true < 0.4 * (bounds[0] - true)
+
+
+def test_what_is_near_the_known_f_is_not_halved(monkeypatch):
+    slopes = _slopes(_ishigami, _ishigami_slopes)
+    looks = []
+    monkeypatch.setattr(Half, "split", lambda half: looks.append(half))
+    whole = sum(bound_half(slopes, 3, np.array([side])).bound for side in (1.0, -1.0))
+    (near,) = bound_pair(slopes, 3, np.ones(1), known=whole / 1.004)
+    assert (near.bound, looks) == (pytest.approx(whole), [])
 
 
 def test_samples_in_blocks_are_all_looked_at(monkeypatch):

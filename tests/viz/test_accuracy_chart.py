@@ -45,15 +45,13 @@ def test_bars_are_as_long_as_the_shares(found):
 
 
 def test_words_stand_above_and_below(found):
-    told = accuracy.tolerances(found, theme.DARK, stale=False)
+    told = accuracy.tolerances(found, theme.DARK)
     assert "the tightest Condyle centre to within" in told
     assert "2,000 random knees" in told
-    assert "Bounds changed" not in told
-    assert "Bounds changed" in accuracy.tolerances(found, theme.DARK, stale=True)
 
 
 def test_where_nothing_is_enough_there_are_words_only():
     never = allocated(within=-10.0)
-    told = accuracy.tolerances(never, theme.LIGHT, stale=False)
+    told = accuracy.tolerances(never, theme.LIGHT)
     assert "even if all is known exactly" in told
     assert "<svg" not in told

@@ -78,7 +78,7 @@ def test_help_is_quick_and_names_every_option():
     assert done.returncode == 0
     for option in (
         "--host", "--port", "--baseline", "--result", "--shared", "--per-visitor", "--no-browser",
-        "--token", "--no-token", "--allow-host",
+        "--token", "--no-token", "--allow-host", "--model",
     ):  # fmt: skip
         assert option in done.stdout
 
@@ -92,6 +92,9 @@ def test_help_is_quick_and_names_every_option():
         (["--host", "no.such.host.invalid"], "no.such.host.invalid"),
         (["--baseline", "nowhere.toml"], "nowhere.toml"),
         (["--result", "nowhere.json"], "nowhere.json"),
+        (["--model", "nowhere.toml"], "nowhere.toml"),
+        (["--model", "pyproject.toml"], "no key of a model's file"),
+        (["--model", "x.toml", "--baseline", "y.toml"], "`baseline` is 'y.toml'; it is the knee's"),
         (["--shared", "--per-visitor"], "only one"),
         (["--token", "--no-token"], "only one"),
         (["--allow-host", "http://x.org"], "http://x.org"),

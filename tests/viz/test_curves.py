@@ -7,6 +7,7 @@ import pytest
 
 import kneecore
 from kneeviz.geometry.sweep import sweep_of
+from kneeviz.state.origin import Origin
 from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.curves import CurveChart
@@ -40,7 +41,9 @@ def shown(response, band):
 
 def band_around(response, width):
     angles = np.degrees(response.flexion)
-    return Band(lower_deg=angles - width, upper_deg=angles + width, text="2,000 samples")
+    return Band(
+        lower_deg=angles - width, upper_deg=angles + width, text="2,000 samples", origin=Origin()
+    )
 
 
 def filled_series(chart, colour):

@@ -105,6 +105,16 @@ def test_a_camera_that_its_visitor_has_moved_is_left_alone(page, visitor, monkey
         window.wait(lambda w: w.shows(page))
 
 
+@pytest.mark.parametrize("size", [(0, 0), (500, 0), (0, 500), (-3, 7), (10**9, 1)])
+def test_a_window_without_a_size_harms_nobody(page, visitor, size, capfd):
+    with Window(visitor.port, *size) as window:
+        window.wait(lambda w: w.position is not None)
+        window.resize(*size[::-1])
+        window.resize(600, 400)
+        window.wait(lambda w: w.shows(page))
+    assert "Traceback" not in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("density", [0.5, 2.0])
 def test_charts_give_way_in_a_narrow_window_and_come_back(page, visitor, monkeypatch, density):
     def pixels(width):

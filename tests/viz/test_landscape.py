@@ -186,6 +186,7 @@ class TestWords:
     def test_the_key_says_that_the_training_knees_lie_off_the_sheets(self, found, shown):
         key = landscape_key(found, shown, LOAD, theme.LIGHT, zoom=False)
         assert "25 knees simulated" in key
+        assert f"{found.counts['unsettled']:,} unsettled at some load" in key
         assert "the 50 knees" in key
         assert "lie off the sheets" in key
         far = shown.training.copy()

@@ -21,7 +21,7 @@ def test_there_are_six_to_eight_steps_with_everything_a_step_needs():
 def test_every_instruction_is_one_that_is_known(monkeypatch, step):
     done = []
     page = SimpleNamespace(glide_to=lambda moment: done.append(moment))
-    known = ("set_overlay", "set_mode", "set_forces", "set_playing", "choose_preset")
+    known = ("set_mode", "set_forces", "set_playing", "choose_preset", "_clean", "_show_pair")
     for name in (*known, "start_search", "set_landscape"):
         monkeypatch.setattr(lesson, name, lambda *args: done.append(args))
     for instruction in (*step.on_open, *step.on_press):

@@ -40,10 +40,9 @@ class TestSearch:
             press(visitor, page.view.search.surrogate)
             wait_for_result(page)
         pause(visitor, page)
-        page.post("overlay", Asked(page.view.search.overlay, -1, True))
+        visitor.set(widget(page.view.search.overlay), True)
         for position in (0.0, 30.0, 80.0):
-            handle = page.view.transport.position
-            page.post("position", Asked(handle, -1, position))
+            visitor.set(widget(page.view.transport.position), position)
             eventually(lambda p=position: page.playback.share == pytest.approx(p / 100, abs=1e-3))
             own, one, two = page.poses
             assert one.moment == two.moment == own.moment

@@ -101,15 +101,13 @@ class TestResult:
         assert one.sweep.at_moment(5.0).flexion < two.sweep.at_moment(5.0).flexion
 
     def test_it_is_stale_once_the_bounds_differ(self, state, result):
-        assert not state.result_is_stale
-        state.take_result(result)
-        assert not state.result_is_stale
+        assert not state.is_stale(result)
         state.set_bounds(Bounds(geometry_mm=0.9))
-        assert state.result_is_stale
+        assert state.is_stale(result)
         state.set_bounds(Bounds(rest_length="fixed"))
-        assert state.result_is_stale
+        assert state.is_stale(result)
         state.set_bounds(Bounds())
-        assert not state.result_is_stale
+        assert not state.is_stale(result)
 
 
 class TestSliderRange:

@@ -89,7 +89,7 @@ class TestSampling:
         visitor.wait(lambda c: "500 knees" in text(c, study.sampled))
         shown = text(visitor, study.sampled)
         assert "0 failed" in shown
-        assert f"{found.counts['unsettled']:,} not at rest" in shown
+        assert f"{found.counts['unsettled']:,} unsettled" in shown
         assert f"{found.y.sd[5]:.1f}" in shown
         legend = widget(page.view.curve_legend)
         visitor.wait(lambda c: "500 samples" in c.props[legend]["content"])

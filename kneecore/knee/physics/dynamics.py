@@ -95,9 +95,11 @@ def accepted(trial: Trial, before: Trial | None) -> BoolArray:
 
 
 def respond_by_run(
-    rows: FloatArray, threads: int | None = None
+    rows: FloatArray, threads: int | None = None, most_halvings: int = MAX_REFINEMENTS
 ) -> tuple[FloatArray, BoolArray, ByteArray]:
     """Return each model's pose at the end of its 12 plateaus.
+
+    A run that is not accepted with the step halved `most_halvings` times has failed.
 
     Returns
     -------
@@ -114,7 +116,7 @@ def respond_by_run(
     settled = np.zeros((n_runs, len(MOMENTS)), dtype=bool)
     halvings: ByteArray = np.full(n_runs, -1, dtype=np.int8)
     pending, before = np.arange(n_runs), None
-    for refinements in range(MAX_REFINEMENTS + 1):
+    for refinements in range(most_halvings + 1):
         if len(pending) == 0:
             break
         trial = attempt(rows, pending, refinements, threads)
@@ -139,10 +141,10 @@ def worse_run(halvings: ByteArray) -> ByteArray:
 
 
 def respond(
-    rows: FloatArray, threads: int | None = None
+    rows: FloatArray, threads: int | None = None, most_halvings: int = MAX_REFINEMENTS
 ) -> tuple[FloatArray, BoolArray, ByteArray]:
     """Return `respond_by_run`, with the halvings of each model's worse run, shape (n,)."""
-    poses, settled, halvings = respond_by_run(rows, threads)
+    poses, settled, halvings = respond_by_run(rows, threads, most_halvings)
     return poses, settled, worse_run(halvings)
 
 

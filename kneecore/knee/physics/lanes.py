@@ -10,7 +10,7 @@ its group.
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore._jit import inline, inner, kernel
+from kneecore._jit import inline, kernel, written_in
 from kneecore._threads import run_all, thread_count
 from kneecore.knee.physics.forces import (
     ANGULAR_DAMPING,
@@ -67,7 +67,7 @@ def _push(P, j, x, y, s, c):  # type: ignore[no-untyped-def]
     )
 
 
-@inner
+@written_in
 def advance(
     P: FloatArray, S: FloatArray, farthest: FloatArray, n_steps: int, dt: float, moment: float
 ) -> None:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from kneecore._jit import kernel
 from kneecore._threads import run_all, thread_count
 from kneecore.knee.physics.dynamics import MOMENTS, flexion_of
-from kneecore.knee.physics.pose import RADIUS
+from kneecore.knee.physics.pose import N_CONSTANTS, RADIUS
 from kneecore.knee.physics.potential import all_terms
 
-__all__ = ["at_rest", "implausible", "nearest_rest"]
+__all__ = ["at_rest", "compile_marks", "implausible", "nearest_rest"]
 
 AT_REST_ANGLE = math.radians(0.1)
 """By this much an angle at rest may differ from the equilibrium of the same knee and load."""
@@ -95,6 +95,11 @@ def nearest_rest(rows: FloatArray, poses: FloatArray, threads: int | None = None
 
     run_all(work, range(0, len(rows), size), threads)
     return turns
+
+
+def compile_marks() -> None:
+    """Compile the kernel of this module."""
+    nearest_rest(np.zeros((1, N_CONSTANTS)), np.full((1, 2 * len(MOMENTS), 3), np.nan))
 
 
 def at_rest(rows: FloatArray, poses: FloatArray, threads: int | None = None) -> BoolArray:

@@ -1,8 +1,8 @@
 """Measures of the searches and samples themselves: their f, their agreement, their times."""
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: a page's start needs none
 from numpy.typing import NDArray
-from scipy.stats import spearmanr
 
 from kneecore.knee.extension import extension_difference_percent as difference_percent
 from kneecore.knee.parameters import STRUCTURE
@@ -69,7 +69,7 @@ def sampled_both_ends(done: Experiments) -> Finding:
         return Finding(values=np.array([np.nan]))
     ends = drawn[:, [LARGEST_EXTENSION, LARGEST_FLEXION]]
     n, beyond_2 = (_beyond_both(done, ends, width) for width in (1.0, 2.0))
-    alike = float(spearmanr(ends[:, 0], ends[:, 1]).statistic)
+    alike = float(scipy.stats.spearmanr(ends[:, 0], ends[:, 1]).statistic)
     return Finding(
         values=np.array([float(n)]),
         told=f"{n} of {len(drawn):,}, and {beyond_2} beyond 2 sd; the rank correlation of the two "
@@ -108,7 +108,7 @@ def change_tells_influence(done: Experiments) -> FloatArray:
     for pair in done.pairs:
         share = np.round(np.abs(pair.x[0] - pair.x[1])[: len(free)][free] / width, 6)
         alike = np.ptp(share) == 0.0 or np.ptp(total) == 0.0
-        found.append(0.0 if alike else float(spearmanr(share, total).statistic))
+        found.append(0.0 if alike else float(scipy.stats.spearmanr(share, total).statistic))
     return np.array(found)
 
 

@@ -47,7 +47,7 @@ class CurveChart:
             *(line_style(c.training, 1.0) for _ in range(self._n_training)),
             baseline,
             current,
-            line_style(c.surrogate, 2.0, dash=(7, 5)),
+            line_style(c.surrogate, 2.0 * c.size, dash=(7, 5)),
             one,
             two,
             *dots(c),
@@ -81,7 +81,7 @@ class CurveChart:
 
     def update(self, shown: Shown, markers: Markers) -> None:
         """Draw `shown`, with the poses on screen marked."""
-        n_training = 0 if shown.training is None else len(shown.training)
+        n_training = self._n_training if shown.training is None else len(shown.training)
         if n_training != self._n_training:
             self._n_training = n_training
             self.handle.series = tuple(self._series())
@@ -111,7 +111,9 @@ class CurveChart:
                 return series.nothing(axis)
             return series.angles_at(axis, sweep.moment[::-1], np.degrees(sweep.flexion[::-1]))
 
-        training = [] if shown.training is None else list(curve(shown.training))
+        training = [curve(None)] * self._n_training  # other lines would make another chart
+        if shown.training is not None:
+            training = list(curve(shown.training))
         band = [curve(None), curve(None)]
         if shown.band is not None:
             edges = (shown.band.lower_deg, shown.band.upper_deg)

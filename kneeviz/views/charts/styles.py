@@ -18,10 +18,10 @@ def line_style(
 def knee_lines(colours: theme.Palette) -> list[dict[str, Any]]:
     """Return the lines of baseline, the visitor's knee, worst case 1 and 2."""
     return [
-        line_style(colours.baseline, 1.5),
-        line_style(colours.current, 2.5),
-        line_style(colours.model_1, 2.0),
-        line_style(colours.model_2, 2.0),
+        line_style(colours.baseline, 1.5 * colours.size),
+        line_style(colours.current, 2.5 * colours.size),
+        line_style(colours.model_1, 2.0 * colours.size),
+        line_style(colours.model_2, 2.0 * colours.size),
     ]
 
 
@@ -29,7 +29,11 @@ def dots(colours: theme.Palette) -> list[dict[str, Any]]:
     """Return the dots that mark the poses on screen."""
     hues = (colours.current, colours.model_1, colours.model_2)
     return [
-        {"stroke": hue, "width": 0, "points": {"show": True, "size": 10, "fill": hue, "space": 0}}
+        {
+            "stroke": hue,
+            "width": 0,
+            "points": {"show": True, "size": 10 * colours.size, "fill": hue, "space": 0},
+        }
         for hue in hues
     ]
 
@@ -42,11 +46,11 @@ def axis_style(
         "label": label,
         "side": side,
         "scale": scale,
-        "size": size,
-        "labelSize": 18,
+        "size": round(size * colours.size),
+        "labelSize": round(18 * colours.size),
         "gap": 4,
-        "font": "11px sans-serif",
-        "labelFont": "12px sans-serif",
+        "font": f"{11 * colours.size:g}px sans-serif",
+        "labelFont": f"{12 * colours.size:g}px sans-serif",
         "stroke": colours.text,
         "grid": {"stroke": colours.rule, "width": 1},
         "ticks": {"stroke": colours.rule, "size": 4, "width": 1},

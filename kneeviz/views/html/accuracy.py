@@ -8,25 +8,23 @@ from kneecore.report.accuracy_allocation import checks, summary
 from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.pieces import box, escape, faint, number
-from kneeviz.views.html.study import STALE, STALE_STYLE
 from kneeviz.views.html.svg import LABELS, ROW, WIDTH, drawing, rect, text
 
 _GROUP_OF = {row[0]: row[1] for row in STRUCTURE}
 _VALUES = 62.0  # width of the column of tolerances
 
 
-def tolerances(found: AccuracyAllocation, colours: theme.Palette, *, stale: bool) -> str:
+def tolerances(found: AccuracyAllocation, colours: theme.Palette) -> str:
     """Return the answer in words and as bars, the tightest first."""
     head = f"<b>{escape(summary(found, called=parameter_label))}</b>"
     if found.factors is None:
-        return box((STALE if stale else "") + head, style=STALE_STYLE if stale else "")
+        return box(head)
     cost = (
         "Pale: as stated (the bounds of the tab “Knee”); thin grey: one tolerance for all; "
         "coloured: the cheapest, where half the tolerance costs twice as much. "
     )
     foot = cost + " ".join(escape(one) for one in checks(found))
-    content = (STALE if stale else "") + head + bars(found, colours) + faint(foot)
-    return box(content, style=STALE_STYLE if stale else "")
+    return box(head + bars(found, colours) + faint(foot))
 
 
 def bars(found: AccuracyAllocation, colours: theme.Palette) -> str:

@@ -9,6 +9,7 @@ from kneecore import NAMES, Parameter, ParameterSpace, parameter_table
 from kneecore.knee.parameters import display_values, widened
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.pieces import box, coloured, escape, faint, number
+from kneeviz.views.html.strips import strip
 
 FloatArray = NDArray[np.float64]
 
@@ -51,26 +52,10 @@ def _row(
     row: Parameter, bounds: str, entries: list[tuple[str, float, float]], precision: int
 ) -> str:
     """Return one parameter's strip; an entry is a colour, a place between 0 and 1, and a value."""
-    dots = "".join(_strip_dot(colour, place) for colour, place, _ in entries)
     digits = 3 if row.unit == "-" else precision
-    values = " ".join(
-        f'<span style="color:{hue}">{number(value, digits)}</span>' for hue, _, value in entries[1:]
-    )
     unit = "" if row.unit == "-" else f" {row.unit}"
-    label = f"{parameter_label(row.name)}{faint(unit)}"
-    return (
-        f'<div style="display:flex;align-items:center;gap:6px;height:17px" '
-        f'title="{escape(row.meaning)}: {bounds}{unit}">'
-        f'<span style="width:122px;white-space:nowrap;overflow:hidden">{label}</span>'
-        f'<span style="position:relative;flex:1;height:2px;background:rgba(128,128,128,.35)">'
-        f'{dots}</span><span style="width:118px;text-align:right;font-size:10px;'
-        f'white-space:nowrap;font-variant-numeric:tabular-nums">{values}</span></div>'
-    )
-
-
-def _strip_dot(colour: str, share: float) -> str:
-    place = 100.0 * min(max(share, 0.0), 1.0)
-    return (
-        f'<span style="position:absolute;left:{place:.1f}%;top:-4px;width:9px;height:9px;'
-        f'margin-left:-4px;border-radius:50%;background:{colour};opacity:.85"></span>'
+    return strip(
+        f"{parameter_label(row.name)}{faint(unit)}",
+        f"{escape(row.meaning)}: {bounds}{unit}",
+        [(hue, place, number(value, digits)) for hue, place, value in entries],
     )

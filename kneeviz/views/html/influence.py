@@ -3,7 +3,7 @@
 Every parameter has its group's hue, the ligaments that of the scene.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kneecore import MOMENT, InfluenceResult, WorstCaseSlopes
 from kneecore.knee.parameters import STRUCTURE
 from kneeviz.views import theme
-from kneeviz.views.html import pieces
+from kneeviz.views.html import marks, pieces
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.svg import LABELS, ROW, WIDTH, drawing, rect
 from kneeviz.views.html.svg import text as label_at
@@ -38,35 +38,45 @@ def _scale_end(values: FloatArray) -> float:
     return max(0.1, 0.1 * float(np.ceil(10.0 * finite.max() - 1e-9))) if len(finite) else 1.0
 
 
-def bars(found: InfluenceResult, load: int, colours: theme.Palette) -> str:
+def bars(
+    found: InfluenceResult,
+    load: int,
+    colours: theme.Palette,
+    *,
+    called: Callable[[str], str] = parameter_label,
+    hue_of: Callable[[str, theme.Palette], str] = _hue,
+    quantity: str = "the angle",
+    most: int | None = None,
+) -> str:
     """Return the total indices at a load (index), sorted, with 95 % intervals where known.
 
-    The solid part of a bar is what the parameter explains alone.
+    The solid part of a bar is what the parameter explains alone. `called` names an input,
+    `hue_of` gives its colour; `most` are shown.
     """
     total, first = found.indices.total_order[load], found.indices.first_order[load]
     if not np.isfinite(total).all():
-        return pieces.box("The angle does not vary at this load.")
+        return pieces.box(f"{quantity[:1].upper()}{quantity[1:]} does not vary here.")
     interval = found.indices.total_order_interval
     whisker = None if interval is None else interval[:, load]
     end = _scale_end(total if whisker is None else np.maximum(total, whisker[1]))
-    order = np.argsort(-total, kind="stable")
+    order = np.argsort(-total, kind="stable")[:most]
     top, left, right = 4.0, LABELS + 4.0, WIDTH - 34.0
     bottom = top + ROW * len(order)
 
     def at(value: float) -> float:
         return left + (right - left) * min(max(value / end, 0.0), 1.0)
 
-    parts = [_bar_axis(at, end, top, bottom)]
+    parts = [_bar_axis(at, end, top, bottom, quantity)]
     for row, k in enumerate(order):
-        name, y = found.names[k], top + ROW * row
-        hue = _hue(name, colours)
+        label, y = pieces.escape(called(found.names[k])), top + ROW * row
+        hue = hue_of(found.names[k], colours)
         both = [("total", total[k], interval), ("alone", first[k], None)]
         if found.indices.first_order_interval is not None:
             both[1] = ("alone", first[k], found.indices.first_order_interval)
         told = "; ".join(_told(word, value, span, load, k) for word, value, span in both)
         parts.append(
-            f"<g><title>{pieces.escape(parameter_label(name))}: {told}</title>"
-            + label_at(LABELS, y + 0.76 * ROW, pieces.escape(parameter_label(name)), anchor="end")
+            f"<g><title>{label}: {told}</title>"
+            + label_at(LABELS, y + 0.76 * ROW, label, anchor="end")
             + rect(left, y + 2.0, at(total[k]) - left, ROW - 4.0, hue, 0.38)
             + rect(left, y + 2.0, at(min(first[k], total[k])) - left, ROW - 4.0, hue, 1.0)
             + ("" if whisker is None else _whisker(at, whisker[:, k], y + 0.5 * ROW))
@@ -89,7 +99,7 @@ def _whisker(at: Any, interval: FloatArray, y: float) -> str:
     return f'<path d="M{low:.1f} {y:.1f}H{high:.1f}{ends}" stroke="currentColor" fill="none"/>'
 
 
-def _bar_axis(at: Any, end: float, top: float, bottom: float) -> str:
+def _bar_axis(at: Any, end: float, top: float, bottom: float, quantity: str) -> str:
     step = 0.1 if end <= 0.65 else 0.2
     parts = []
     for value in np.arange(0.0, end + 1e-9, step):
@@ -99,7 +109,7 @@ def _bar_axis(at: Any, end: float, top: float, bottom: float) -> str:
             f'stroke-opacity="0.15"/>'
             + label_at(x, bottom + 11.0, _percent(float(value)), anchor="middle")
         )
-    title = "Share of the variance of the angle (total Sobol index), %"
+    title = f"Share of the variance of {pieces.escape(quantity)} (total Sobol index), %"
     return "".join(parts) + label_at(WIDTH, bottom + 25.0, title, anchor="end")
 
 
@@ -193,7 +203,8 @@ def caption(found: InfluenceResult, *, bars: bool) -> str:
         if bars
         else "Total indices in %; the frame is the chosen load."
     )
-    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}."
+    marked = f": {told}" if (told := marks.counted(found.counts)) else ""
+    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}{marked}."
 
 
 def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:

@@ -7,12 +7,9 @@ from kneeviz.views import theme
 from kneeviz.views.html import influence
 from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.pieces import box, escape, faint
-from kneeviz.views.html.study import STALE, STALE_STYLE
 
 
-def indices(
-    found: InfluenceResult | None, load: int, chart: str, colours: theme.Palette, *, stale: bool
-) -> str:
+def indices(found: InfluenceResult | None, load: int, chart: str, colours: theme.Palette) -> str:
     """Return what decides at a load (index), as bars or as a heat map."""
     if found is None:
         return box(
@@ -28,8 +25,7 @@ def indices(
     draw = influence.bars if chart == BARS else influence.heat_map
     foot = influence.caption(found, bars=chart == BARS)
     body = box(draw(found, load, colours) + faint(foot), style="padding-top:0")
-    note = box(STALE) if stale else ""
-    return f'<div style="{STALE_STYLE if stale else ""}">{note}{head}{body}</div>'
+    return head + body
 
 
 def no_slopes() -> str:
@@ -37,9 +33,6 @@ def no_slopes() -> str:
     return box("What separates the two worst cases? Search for them first (tab “Search”).")
 
 
-def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette, *, stale: bool) -> str:
+def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:
     """Return the slopes at the worst case, as bars."""
-    return box(
-        (STALE if stale else "") + influence.slopes(found, load, colours),
-        style=STALE_STYLE if stale else "",
-    )
+    return box(influence.slopes(found, load, colours))

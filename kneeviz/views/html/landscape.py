@@ -6,7 +6,7 @@ from kneecore import Landscape, reading
 from kneeviz.geometry.picture import Picture
 from kneeviz.geometry.surfaces import Box, box_around
 from kneeviz.views import theme
-from kneeviz.views.html import pieces
+from kneeviz.views.html import marks, pieces
 
 
 def _dot(colour: str, size: int = 9) -> str:
@@ -43,7 +43,9 @@ def landscape_key(
     """Return the landscape's key and the surrogate's error."""
     box = box_around(shown, zoom=zoom)
     failed = f", {found.n_failed} failed (holes)" if found.n_failed else ""
-    lines = [f"{_patch(colours.current)}true model: {found.n_models:,} knees simulated{failed}"]
+    marked = f", {told}" if (told := marks.counted(found.counts)) else ""
+    became = f"{found.n_models:,} knees simulated{failed}{marked}"
+    lines = [f"{_patch(colours.current)}true model: {became}"]
     if shown.surrogate is not None:
         lines.append(f"{_patch(colours.surrogate)}surrogate, asked for the same knees")
     own = f"{_dot(colours.current)}your knee"

@@ -1,5 +1,7 @@
 """What stands behind an angle that is not what it seems: small signs with their words."""
 
+from collections.abc import Mapping
+
 from kneecore import MOMENT, Response
 from kneecore.report.marks import MEANINGS, mark
 from kneeviz.views.html.pieces import box, escape, faint
@@ -10,6 +12,12 @@ _SHORT = {
     "!": "implausible",
 }
 
+
+_COUNTED = {
+    "unsettled": "unsettled at some load",
+    "not_at_rest": "somewhere over 0.1° from their equilibrium",
+    "implausible": "implausible",
+}
 
 _HELP = 'style="cursor:help;text-decoration:underline dotted"'
 """Shows that more is told on hovering."""
@@ -35,3 +43,9 @@ def marks_line(response: Response | None) -> str:
             meant = f'<span {_HELP} title="{escape(MEANINGS[sign])}">{sign} {words}</span>'
             told.append(f"{meant} at {loads} N·m")
     return box(faint("Your knee: " + "; ".join(told) + ".")) if told else ""
+
+
+def counted(counts: Mapping[str, int]) -> str:
+    """Return how many knees of a study bear each mark; empty where they were not counted."""
+    told = [f"{counts[kind]:,} {words}" for kind, words in _COUNTED.items() if kind in counts]
+    return f"{', '.join(told)} (kept)" if told else ""

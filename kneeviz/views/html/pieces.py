@@ -26,6 +26,11 @@ def escape(text: str) -> str:
     return html.escape(str(text), quote=True)
 
 
+def sentence(text: str) -> str:
+    """Return text with a full stop at its end."""
+    return text if text.endswith((".", "!", "?")) else f"{text}."
+
+
 def number(value: float, digits: int, unit: str = "") -> str:
     """Return a number with a true minus sign and its unit; a dash for what is not known."""
     if not np.isfinite(value):

@@ -2,13 +2,11 @@
 
 from kneecore import MOMENT, MonteCarloResult
 from kneeviz.state import results
+from kneeviz.views.html import marks
 from kneeviz.views.html.pieces import box, escape, faint, number, table
 
-STALE = "<b>Bounds changed since.</b><br>"
-STALE_STYLE = "opacity:.45"
 
-
-def sampling(found: MonteCarloResult, *, stale: bool) -> str:
+def sampling(found: MonteCarloResult) -> str:
     """Return what a Monte-Carlo study found at the largest moments, failures counted."""
     spread = found.y
     rows = [
@@ -24,29 +22,11 @@ def sampling(found: MonteCarloResult, *, stale: bool) -> str:
     head = ("Angle, deg", "mean", "sd", "0.15 %", "99.85 %")
     note = (
         f"{found.n_samples:,} knees, {found.settings.sampling}, seed {results.seed(found)}: "
-        f"<b>{found.n_failed:,} failed</b> (left out), {found.counts['unsettled']:,} not at rest "
-        "at some load (kept)." + _marked(found)
+        f"<b>{found.n_failed:,} failed</b> (left out), {marks.counted(found.counts)}."
     )
-    return box(
-        (STALE if stale else "") + table(head, rows) + faint(note),
-        style=STALE_STYLE if stale else "",
-    )
+    return box(table(head, rows) + faint(note))
 
 
-def _marked(found: MonteCarloResult) -> str:
-    """Return how many knees bear the two other marks; nothing where they were not counted."""
-    counts = found.counts
-    if "not_at_rest" not in counts:
-        return ""
-    return (
-        f" {counts['not_at_rest']:,} are somewhere over 0.1° from their equilibrium, "
-        f"{counts['implausible']:,} implausible (kept)."
-    )
-
-
-def judged(words: str, *, stale: bool) -> str:
+def judged(words: str) -> str:
     """Return what became of the paper's claims."""
-    return box(
-        (STALE if stale else "") + f"The paper: {escape(words)}",
-        style=STALE_STYLE if stale else "",
-    )
+    return box(f"The paper: {escape(words)}")

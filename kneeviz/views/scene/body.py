@@ -16,12 +16,22 @@ from kneeviz.geometry.mechanism import (
 )
 from kneeviz.views import theme
 from kneeviz.views.scene.labels import label_spots
-from kneeviz.views.scene.nodes import FLAT, LAYER, add_line, add_mesh, add_rim, lift, opacity
+from kneeviz.views.scene.nodes import (
+    FLAT,
+    LAYER,
+    RIM_WIDTH,
+    add_line,
+    add_mesh,
+    add_rim,
+    lift,
+    opacity,
+)
 
 FloatArray = NDArray[np.float64]
 
 FULL_TENSION = 300.0
 """N; at it a ligament has its full width."""
+_PLATEAU_WIDTH, _CIRCLE_WIDTH = 2.0, 1.5
 
 
 def ligament_width(tension: float) -> float:
@@ -42,9 +52,7 @@ def ligament_colour(index: int, tension: float, slack: theme.RGB) -> theme.RGB:
 class Body:
     """A tibia with its fibula, plateau line and ligaments: the visitor's knee or an overlay."""
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, layer: int, ghost: theme.RGB | None
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, layer: int, ghost: str | None) -> None:
         self._scene, self._name, self._layer, self._ghost = scene, name, layer, ghost
         self.frame = scene.add_frame(f"/{name}/tibia", show_axes=False)
         self._meshes, self._rims = [], []
@@ -53,8 +61,10 @@ class Body:
                 depth = layer - (2 if bone.name == "fibula" else 0)
                 self._meshes.append(add_mesh(scene, f"/{name}/tibia/{bone.name}", bone, depth))
                 self._rims.append(add_rim(scene, f"/{name}/tibia/{bone.name}_rim", bone, depth + 1))
-        self._plateau = add_line(scene, f"/{name}/tibia/plateau", np.zeros((1, 2, 2)), 0.0, 2.0)
-        self._circle = add_line(scene, f"/{name}/circle", np.zeros((1, 2, 2)), 0.0, 1.5)
+        self._plateau = add_line(
+            scene, f"/{name}/tibia/plateau", np.zeros((1, 2, 2)), 0.0, _PLATEAU_WIDTH
+        )
+        self._circle = add_line(scene, f"/{name}/circle", np.zeros((1, 2, 2)), 0.0, _CIRCLE_WIDTH)
         self._ligaments = [
             add_line(scene, f"/{name}/ligament_{label}", np.zeros((1, 2, 2)), 0.0, 2.0)
             for label in theme.LIGAMENT_LABELS
@@ -86,7 +96,7 @@ class Body:
 
     def paint(self, colours: theme.Palette, spatial: bool, share: float = 1.0) -> None:
         """Take the theme's colours; `share` fades an overlay in."""
-        ghost = self._ghost
+        ghost = None if self._ghost is None else theme.rgb(getattr(colours, self._ghost))
         for mesh, rim, own in zip(
             self._meshes, self._rims, (colours.bone, colours.fibula), strict=True
         ):
@@ -94,10 +104,15 @@ class Body:
             mesh.opacity = opacity(spatial, ghost is not None, share)
             mesh.scale = (1.0, 1.0, 1.0 if spatial else FLAT)
             rim.colors = theme.handle_colour(ghost or colours.rim)
+            rim.thickness = RIM_WIDTH * colours.size
             rim.visible = not spatial
         line = theme.handle_colour(ghost or colours.mechanism)
         self._plateau.colors = line
         self._circle.colors = line
+        self._plateau.thickness = _PLATEAU_WIDTH * colours.size
+        self._circle.thickness = _CIRCLE_WIDTH * colours.size
+        for label in self._labels:
+            label.font_screen_scale = colours.size
         if ghost is not None:
             for ligament in self._ligaments:
                 ligament.colors = line
@@ -115,15 +130,15 @@ class Body:
         for i in range(len(self._ligaments)):
             depth = LIGAMENT_DEPTH[i] if spatial else z + (12 - 2 * (i // 2) - i % 2) * LAYER
             points = lift(segments[i : i + 1], depth)
-            self._draw_ligament(i, points, float(pose.tension[i]), colours.slack)
+            self._draw_ligament(i, points, float(pose.tension[i]), colours)
 
     def _draw_ligament(
-        self, i: int, points: NDArray[np.float32], tension: float, slack: theme.RGB
+        self, i: int, points: NDArray[np.float32], tension: float, colours: theme.Palette
     ) -> None:
-        handle, width = self._ligaments[i], ligament_width(tension)
+        handle, width = self._ligaments[i], colours.size * ligament_width(tension)
         handle.points = points
         if self._ghost is None:
-            handle.colors = theme.handle_colour(ligament_colour(i, tension, slack))
+            handle.colors = theme.handle_colour(ligament_colour(i, tension, colours.slack))
         else:  # two more knees: their slack ligaments would only clutter
             width *= 0.5
             handle.visible = self.visible and tension >= TAUT_TENSION

@@ -13,9 +13,20 @@ from kneeviz.geometry.bones import bones
 from kneeviz.geometry.mechanism import Pose, contact_arrow, contact_point
 from kneeviz.views import theme
 from kneeviz.views.scene.body import Body
-from kneeviz.views.scene.nodes import FLAT, LAYER, add_line, add_mesh, add_rim, lift, opacity
+from kneeviz.views.scene.nodes import (
+    FLAT,
+    LAYER,
+    RIM_WIDTH,
+    add_line,
+    add_mesh,
+    add_rim,
+    lift,
+    opacity,
+)
 
 FloatArray = NDArray[np.float64]
+
+_SPOT_WIDTH, _ARROW_WIDTH = 9.0, 3.0
 
 
 def _arrow_segments(arrow: FloatArray) -> FloatArray:
@@ -35,7 +46,7 @@ class KneeScene:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
-        self.spatial, self.dark, self.forces = False, False, False
+        self.spatial, self.forces = False, False
         self.hidden = False
         self._colours = theme.palette(False)
         scene.set_up_direction("+y")
@@ -54,18 +65,23 @@ class KneeScene:
         self._femur = add_mesh(scene, "/knee/femur", femur, 4)
         self._femur_rim = add_rim(scene, "/knee/femur_rim", femur, 5)
         self.overlays = (
-            Body(scene, "worst_1", 8, theme.rgb(theme.MODEL_1)),
-            Body(scene, "worst_2", 14, theme.rgb(theme.MODEL_2)),
+            Body(scene, "worst_1", 8, "model_1"),
+            Body(scene, "worst_2", 14, "model_2"),
         )
         for overlay in self.overlays:
             overlay.set_visible(False)
-        self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, 9.0)
-        self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, 3.0)
+        self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, _SPOT_WIDTH)
+        self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, _ARROW_WIDTH)
+        self.repaint()
+
+    def paint(self, colours: theme.Palette) -> None:
+        """Take other colours."""
+        self._colours = colours
         self.repaint()
 
     def repaint(self, *, overlay_share: float = 1.0) -> None:
-        """Apply theme and view (flat or 3D) to every node."""
-        self._colours = colours = theme.palette(self.dark)
+        """Apply colours and view (flat or 3D) to every node."""
+        colours = self._colours
         shaded = self.spatial or self.hidden  # what takes the knee's place is a landscape
         self._ambient.intensity = 1.7 if shaded else float(np.pi)
         self._sun.intensity = 2.2 if shaded else 0.0
@@ -73,9 +89,12 @@ class KneeScene:
         self._femur.opacity = opacity(self.spatial, False, 1.0)
         self._femur.scale = (1.0, 1.0, 1.0 if self.spatial else FLAT)
         self._femur_rim.colors = theme.handle_colour(colours.rim)
+        self._femur_rim.thickness = RIM_WIDTH * colours.size
         self._femur_rim.visible = not self.spatial
         self._spot.colors = theme.handle_colour(colours.contact)
         self._arrow.colors = theme.handle_colour(colours.arrow)
+        self._spot.thickness = _SPOT_WIDTH * colours.size
+        self._arrow.thickness = _ARROW_WIDTH * colours.size
         self.own.paint(colours, self.spatial)
         for overlay in self.overlays:
             overlay.paint(colours, self.spatial, overlay_share)

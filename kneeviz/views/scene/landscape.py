@@ -14,7 +14,6 @@ from kneeviz.geometry import surfaces
 from kneeviz.geometry.picture import Mark, Picture
 from kneeviz.geometry.surfaces import Box
 from kneeviz.views import theme
-from kneeviz.views.html.labels import with_unit
 from kneeviz.views.html.pieces import number
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +25,8 @@ _FLOOR_TICKS = (0.0, 0.5, 1.0)
 _TICK_SHIFT = ((-0.007, -0.002, 0.006), (0.012, -0.002, -0.003))
 _TITLE_SHIFT = ((-0.008, -0.010, 0.014), (0.020, -0.010, 0.0))
 _MAX_TICKS = 12
-_MARKED = ("your knee", "", "model 1", "model 2")
+_MARKED = (True, False, True, True)
+"""Which marks have a stem and a name: one for a knee and its guess."""
 _BESIDE = (0.0045, 0.0, -0.0033)  # to the right, as the camera first sees it
 
 
@@ -53,6 +53,8 @@ class LandscapeScene:
         self._stems = [self._lines(f"stem_{k}", 1.5) for k in range(4)]
         anchors = ("bottom-center", "bottom-center", "center-left", "center-left")
         self._names = [self._label(f"mark_{k}", anchor) for k, anchor in enumerate(anchors)]
+        for name, text in zip(self._names[2:], ("model 1", "model 2"), strict=True):
+            name.text = text
         self._levels = [self._label(f"level_{k}", "center-right") for k in range(_MAX_TICKS)]
         self._ticks = [
             [self._label(f"tick_{axis}_{k}", "top-center") for k in range(len(_FLOOR_TICKS))]
@@ -112,8 +114,8 @@ class LandscapeScene:
         for ball, line, hue in zip(self._balls, self._stems, marks, strict=True):
             ball.color, line.colors = hue, theme.handle_colour(hue)
 
-    def draw(self, shown: Picture, *, title: str, zoom: bool) -> None:
-        """Draw a picture; `title` names what stands upright."""
+    def draw(self, shown: Picture, *, title: str, labels: tuple[str, str], zoom: bool) -> None:
+        """Draw a picture; `title` names what stands upright, `labels` the two parameters."""
         box = surfaces.box_around(shown, zoom=zoom)
         self._frame.points = surfaces.frame_lines(box).astype(np.float32)
         for k, values in enumerate((shown.model, shown.surrogate)):
@@ -121,7 +123,8 @@ class LandscapeScene:
         self._draw_training(box, shown.training[box.holds(shown.training[:, 2])])
         for k, mark in enumerate((shown.own, shown.predicted, *shown.worst)):
             self._draw_mark(k, box, mark if mark is not None and box.has(mark) else None)
-        self._write_axes(box, shown, title)
+        self._names[0].text = shown.own_label
+        self._write_axes(box, shown, title, labels)
 
     def _draw_sheet(self, k: int, box: Box, values: FloatArray | None) -> None:
         mesh, net = self._sheets[k], self._nets[k]
@@ -144,33 +147,29 @@ class LandscapeScene:
     def _draw_mark(self, k: int, box: Box, mark: Mark | None) -> None:
         ball, line, name = self._balls[k], self._stems[k], self._names[k]
         ball.visible = mark is not None
-        line.visible = mark is not None and bool(_MARKED[k])  # one stem for a knee and its guess
-        name.visible = mark is not None and bool(_MARKED[k])
+        line.visible = name.visible = mark is not None and _MARKED[k]
         if mark is None:
             return
         x, y, z = surfaces.spot(box, mark)
         ball.position = (x, y, z)
-        _write(
-            name, _MARKED[k], np.array([x, y, z]), (0.0, 1.6 * _BALL, 0.0) if k == 0 else _BESIDE
-        )
+        _move(name, np.array([x, y, z]), (0.0, 1.6 * _BALL, 0.0) if k == 0 else _BESIDE)
         line.points = surfaces.stem(box, mark).astype(np.float32)
 
-    def _write_axes(self, box: Box, shown: Picture, title: str) -> None:
+    def _write_axes(self, box: Box, shown: Picture, title: str, labels: tuple[str, str]) -> None:
         _write(self._titles[2], title, box.place(0.0, 0.0, box.high), (-0.02, 0.007, 0.0))
         for k, handle in enumerate(self._levels):
             handle.visible = k < len(box.ticks)
             if handle.visible:
                 at = box.place(0.0, 0.0, box.ticks[k])
-                text = number(box.ticks[k], 0 if box.step >= 1.0 else 1, "°")
+                text = number(box.ticks[k], box.digits, shown.unit)
                 _write(handle, text, at, (-0.004, 0.0, 0.0))
         for axis in range(2):
             low, high = shown.ends[axis]
-            digits = 3 if high - low < 0.5 else 2
+            digits = min(max(int(np.ceil(2.0 - np.log10(high - low))), 0), 9)
             for share, handle in zip(_FLOOR_TICKS, self._ticks[axis], strict=True):
                 text = number(low + share * (high - low), digits)
                 _write(handle, text, _on_floor(box, axis, share), _TICK_SHIFT[axis])
-            text = with_unit(shown.names[axis])
-            _write(self._titles[axis], text, _on_floor(box, axis, 0.5), _TITLE_SHIFT[axis])
+            _write(self._titles[axis], labels[axis], _on_floor(box, axis, 0.5), _TITLE_SHIFT[axis])
 
 
 def _on_floor(box: Box, axis: int, share: float) -> FloatArray:
@@ -183,5 +182,9 @@ def _write(
     handle: viser.LabelHandle, text: str, at: FloatArray, shift: tuple[float, float, float]
 ) -> None:
     handle.text = text
+    _move(handle, at, shift)
+
+
+def _move(handle: viser.LabelHandle, at: FloatArray, shift: tuple[float, float, float]) -> None:
     x, y, z = (float(a + s) for a, s in zip(at, shift, strict=True))
     handle.position = (x, y, z)

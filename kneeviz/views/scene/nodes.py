@@ -12,6 +12,8 @@ FLAT = 0.002
 """Share of the bones' depth that the flat view keeps."""
 LAYER = 4e-4
 """m between the flat view's layers."""
+RIM_WIDTH = 2.0
+"""Pixels, of a bone's outline."""
 _OVERLAY_OPACITY = 0.30
 
 
@@ -63,4 +65,4 @@ def add_mesh(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.
 
 def add_rim(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.LineSegmentsHandle:
     """Add a bone's outline, which the flat view shows."""
-    return add_line(scene, name, _chain(bone.outline), layer * LAYER, 2.0)
+    return add_line(scene, name, _chain(bone.outline), layer * LAYER, RIM_WIDTH)

@@ -3,25 +3,26 @@
 from collections.abc import Hashable
 from typing import Any
 
+from kneeviz import viser_internals
 from kneeviz.jobs.messages import Asked, Post
 
 
 def on_value(handle: Any, post: Post, key: Hashable) -> None:
-    """Post an `Asked` under `key` whenever a browser changes the widget."""
-
-    # A coroutine runs on viser's event loop, in the order of arrival, without a pool thread.
-    async def changed(event: Any) -> None:
-        if event.client is not None:
-            post(key, Asked(handle, event.client.client_id, event.target.value))
-
-    handle.on_update(changed)
+    """Post an `Asked` under `key` whenever a browser sets the widget."""
+    viser_internals.on_arrival(
+        handle, lambda client_id, value: post(key, Asked(handle, client_id, value))
+    )
 
 
-def on_press(handle: Any, post: Post, key: Hashable) -> None:
-    """Post an `Asked` under `key` whenever a browser presses the button."""
+on_press = on_value
+"""A button's value is that it was pressed; a group's, which of its buttons."""
 
-    async def pressed(event: Any) -> None:
-        if event.client is not None:
-            post(key, Asked(handle, event.client.client_id, event.target.value))
 
-    handle.on_click(pressed)
+def on_command(handle: Any, post: Post, key: Hashable, value: Any = True) -> None:
+    """Post an `Asked` with `value` under `key` whenever a browser gives the command."""
+
+    async def given(event: Any) -> None:
+        if event.client_id is not None:
+            post(key, Asked(handle, event.client_id, value))
+
+    handle.on_trigger(given)

@@ -30,8 +30,8 @@ class Step:
 
 
 _CALM: Instructions = (
+    ("clean",),
     ("landscape", False),
-    ("overlay", False),
     ("mode", "sweep"),
     ("forces", False),
 )
@@ -43,7 +43,7 @@ STEPS = (
         "this knee: it hangs slightly bent, and all four ligaments are slack.",
         question="Which ligament will become tight first when the knee straightens?",
         button="Straighten it a little",
-        on_open=(*_CALM, ("baseline",), ("moment", 0.0)),
+        on_open=(*_CALM, ("moment", 0.0)),
         on_press=(("glide", 0.8),),
     ),
     Step(
@@ -53,7 +53,7 @@ STEPS = (
         "dot is the knee that you see.",
         question="Where is the knee soft, and where does it become stiff?",
         button="Play the motion",
-        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_open=(*_CALM, ("moment", 5.0)),
         on_press=(("play", True),),
     ),
     Step(
@@ -62,17 +62,16 @@ STEPS = (
         "(LCL) hold the knee. See the numbers beside their names, and the tab “Forces”.",
         question="Which two ligaments hold the knee when it is fully bent?",
         button="Bend it fully",
-        on_open=(*_CALM, ("baseline",), ("forces", True), ("moment", 5.0)),
+        on_open=(*_CALM, ("forces", True), ("moment", 5.0)),
         on_press=(("glide", -5.0),),
     ),
     Step(
         title="One millimetre",
         text="Nobody knows exactly where a ligament is attached: measurements differ by several "
-        "millimetres. Let us move one attachment of the ACL by its bound (one millimetre, unless "
-        "you changed it).",
+        "millimetres. Let us move one attachment of the ACL by its bound, one millimetre.",
         question="How many degrees of extension does this one change cost or win?",
         button="Move the ACL",
-        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_open=(*_CALM, ("moment", 5.0)),
         on_press=(("preset", "ACL 1 bound further forward"),),
     ),
     Step(
@@ -103,7 +102,7 @@ STEPS = (
         "stand-in promised.",
         question="Which of the two cannot straighten, and which bends backwards?",
         button="Run the search",
-        on_open=(*_CALM, ("baseline",), ("moment", 5.0)),
+        on_open=(*_CALM, ("moment", 5.0)),
         on_press=(("search",),),
     ),
     Step(
@@ -114,7 +113,7 @@ STEPS = (
         "Mind that this knee is a planar reconstruction, no patient.",
         question="At which moment do the two part?",
         button="Play both",
-        on_open=(("landscape", False), ("mode", "sweep"), ("overlay", True), ("moment", 0.0)),
+        on_open=(("landscape", False), ("mode", "sweep"), ("pair",), ("moment", 0.0)),
         on_press=(("play", True),),
     ),
 )
@@ -156,7 +155,8 @@ class LearnTab:
             self.page.content = box(
                 f"<b>A lesson in {len(STEPS)} steps</b><br>Why one millimetre matters, from a "
                 "knee at rest to the two most different knees. Each step sets the stage, asks a "
-                "question and has one button. Everybody who looks at this knee sees the same."
+                "question and has one button. Everybody who looks at this knee sees the "
+                "same. Your own knee is put aside and comes back at the end."
             )
             self.press.label = "Start the lesson"
             return

@@ -29,6 +29,9 @@ class LookTab:
             "Newtons", False, hint="Write each ligament's tension beside its name."
         )
         self.dark = gui.add_checkbox("Dark theme", False)
+        self.large = gui.add_checkbox(
+            "Class size", False, hint="Larger text, lines and dots, for the last row."
+        )
         self.note = gui.add_html(
             box(
                 faint(
@@ -45,5 +48,6 @@ class LookTab:
             (self.loop, "loop"),
             (self.forces, "forces"),
             (self.dark, "dark"),
+            (self.large, "large"),
         ):
             on_value(handle, post, key)

@@ -92,6 +92,12 @@ class SearchTab:
         self.show_method()
 
     @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what a search is told, by name."""
+        named = {"solver": self.solver, **self.options.handles}
+        return {f"search.{name}": handle for name, handle in named.items()}
+
+    @property
     def chosen_solver(self) -> Solver:
         """The response of the true model that the visitor has chosen."""
         return SOLVERS[self.solver.value]
@@ -117,9 +123,6 @@ class SearchTab:
         ):
             on_press(handle, post, key)
         on_value(self.live, post, "live")
-        for name in ("seed", "objective"):
-            on_value(self.options.handles[name], post, "live_settings")
-        on_value(self.options.handles["method"], post, "method")
         on_value(self.overlay, post, "overlay")
 
     def show_method(self) -> None:

@@ -144,6 +144,12 @@ class StudyTab:
         ):
             on_value(handle, post, key)
 
+    @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what a study is told, by name."""
+        names = ("n_samples", "sampling", "n_base", "within", "quick", "seed")
+        return {f"study.{name}": getattr(self, name) for name in names}
+
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
         for handle in self.runs.values():

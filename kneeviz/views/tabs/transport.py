@@ -7,6 +7,8 @@ from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import status
 from kneeviz.views.tabs.events import on_press, on_value
 
+UNDO, REDO, START_OVER = "Undo", "Redo", "Start over"
+
 
 @dataclass(kw_only=True)
 class Transport:
@@ -17,6 +19,7 @@ class Transport:
     play: Any
     position: Any
     view: Any
+    change: Any
 
 
 def add_transport(gui: Any, post: Post) -> Transport:
@@ -33,8 +36,17 @@ def add_transport(gui: Any, post: Post) -> Transport:
         hint="Through the loads: from +5 N·m (extension) to -5 N·m (flexion). In time: 0 to 23 s.",
     )
     view = gui.add_button_group("View", ("2D", "3D", "Reset"))
+    change = gui.add_button_group(
+        "Change",
+        (UNDO, REDO, START_OVER),
+        hint="Every change of knee, bounds, settings and result: one step back, one step on "
+        "(Ctrl+Z, Ctrl+Shift+Z), or all as at first.",
+    )
     line = gui.add_html(status("Preparing the model …", kind="busy"))
     on_press(play, post, "play")
     on_value(position, post, "position")
     on_press(view, post, "view")
-    return Transport(readout=readout, status=line, play=play, position=position, view=view)
+    on_press(change, post, "change")
+    return Transport(
+        readout=readout, status=line, play=play, position=position, view=view, change=change
+    )

@@ -1,0 +1,158 @@
+"""Undo, redo and start over. Runs on the session's worker."""
+
+import time
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import numpy as np
+
+from kneecore import FileFormatError
+from kneeviz.actions.knee import mirror_bounds, name_knee, refit
+from kneeviz.actions.live import set_live
+from kneeviz.actions.result import forget_result, take_result
+from kneeviz.actions.search import stop_search
+from kneeviz.actions.view import set_overlay
+from kneeviz.jobs.messages import Asked, asked_by
+from kneeviz.page.page import Page
+from kneeviz.state.presets import BASELINE, OWN_KNEE
+from kneeviz.state.snapshot import Snapshot
+from kneeviz.views.html.pieces import escape
+from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+
+_FOLLOWS = frozenset({"live_found", "settle", "ready"})
+"""What brings the page up to date with a step that there is: no steps of their own."""
+
+_AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn"})
+"""What sets knee and bounds together, as was asked."""
+
+
+def note(page: Page, key: Hashable, value: Any) -> None:
+    """Keep the state of a page after something was done under `key`, if it has changed."""
+    name = key[0] if isinstance(key, tuple) else key
+    last, present = page.history.present, page.snapshot()
+    if name in _FOLLOWS:
+        is_new = page.history.amend(present)
+    else:
+        is_new = page.history.record(
+            present, who=asked_by(value), what=_moved(key, value), now=time.monotonic()
+        )
+    if is_new:
+        _keep(page)
+        if name not in _AT_WILL:
+            _tell_what_was_clipped(page, last, asked_by(value))
+
+
+def _keep(page: Page) -> None:
+    if page.keep is not None and page.set_aside is None:  # a lesson is nothing to come back to
+        page.keep(page.history.present)
+
+
+def _tell_what_was_clipped(page: Page, last: Snapshot, client_id: int | None) -> None:
+    """Tell, once the hand rests, that other bounds have moved the knee."""
+    now = page.history.present
+    if now.knee is not last.knee or now.bounds == last.bounds:
+        return
+    n = np.count_nonzero(now.x != last.x)
+    if n > 0:
+        values = "One value of the knee was" if n == 1 else f"{n} values of the knee were"
+        text = f"{values} beyond the new bounds and set to them. Undo brings the knee back."
+        page.notices.remark(client_id, "Limited", text)
+
+
+def _moved(key: Hashable, value: Any) -> Hashable | None:
+    """Return `key` if it is of a slider or a number, which a hand moves on; None otherwise."""
+    moves = isinstance(value, Asked) and type(value.value) in (int, float)
+    return key if moves else None
+
+
+def restore(page: Page, wanted: Snapshot) -> None:
+    """Bring a page into the state of a snapshot; its knee turns into that one."""
+    page.settle_at, page.unsolved = None, False
+    page.view.set_settings(wanted.settings)
+    _restore_box(page, wanted)
+    set_live(page, wanted.live)
+    _restore_result(page, wanted)
+    page.move_to(wanted.x)
+    name_knee(page, BASELINE if page.state.at_baseline else OWN_KNEE)
+
+
+def _restore_box(page: Page, wanted: Snapshot) -> None:
+    state = page.state
+    if wanted.knee is state.knee and wanted.bounds == state.bounds:
+        return
+    state.take_box(wanted.knee, wanted.bounds)
+    mirror_bounds(page)
+    if page.model_ready:
+        state.solve_baseline()
+    refit(page, None)
+
+
+def _restore_result(page: Page, wanted: Snapshot) -> None:
+    if wanted.live:  # it finds its own
+        return
+    if wanted.result is None:
+        forget_result(page)
+        return
+    take_result(page, wanted.result, reveal=False)
+    set_overlay(page, wanted.overlay)
+
+
+def open_as_left(page: Page, left: Snapshot) -> None:
+    """Open a page in the state in which it was left; one step back is where it began.
+
+    Raises
+    ------
+    FileFormatError
+        If the page has no such settings.
+    """
+    fault = page.view.settings_fault(left.settings)
+    if fault is not None:
+        raise FileFormatError(f"the state's `settings`: {fault}")
+    restore(page, left)
+    page.history.record(page.snapshot(), who=None, what=None, now=time.monotonic())
+    page.history.rest()
+
+
+def _step(page: Page, value: Asked | None, wanted: Snapshot | None, name: str) -> None:
+    if wanted is None:
+        if value is not None:
+            page.notices.tell(value.client_id, f"Nothing to {name}", "No change is left there.")
+        return
+    changes = wanted.changes_from(page.snapshot())
+    restore(page, wanted)
+    page.history.amend(page.snapshot())
+    _keep(page)
+    page.say(f"{name.capitalize()}: {', '.join(changes)}.")
+
+
+def _undo(page: Page, value: Asked | None) -> None:
+    _step(page, value, page.history.undo(), "undo")
+
+
+def _redo(page: Page, value: Asked | None) -> None:
+    _step(page, value, page.history.redo(), "redo")
+
+
+def _start_over(page: Page, _value: Asked | None) -> None:
+    """Go back to where the page began; a step like others, so that it can be undone."""
+    page.history.rest()
+    stop_search(page)
+    restore(page, page.history.start)
+    page.say("Started over: knee, bounds and settings as at first. Undo brings yours back.")
+
+
+def _not_kept(page: Page, why: str) -> None:
+    page.say(f"The state is not kept: {escape(why)}", "bad")
+
+
+def _change(page: Page, value: Asked) -> None:
+    {UNDO: _undo, REDO: _redo, START_OVER: _start_over}[value.value](page, value)
+
+
+ACTIONS: dict[str, Callable[..., None]] = {
+    "undo": _undo,
+    "redo": _redo,
+    "start_over": _start_over,
+    "change": _change,
+    "not_kept": _not_kept,
+}

@@ -1,0 +1,1 @@
+"""What a model's page shows: its methods only assign to handles, its functions return text."""
