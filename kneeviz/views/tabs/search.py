@@ -16,6 +16,7 @@ NOT_HERE = {
     "repair_gap_percent": "its default is what the page promises",
     "repair_models": "its default is what the page promises",
     "repair_batch": "knees are repaired one by one",
+    "max_runs": "a run of a knee costs next to nothing",
     "n_runs": "the page shows one run",
     "weights": "twelve numbers: the loads are chosen in words",
     "options": "the genetic algorithm's constants, for the command line",
