@@ -66,6 +66,11 @@ class Option(NamedTuple):
         return ("--no-" if self.default is True else "--") + self.key.replace("_", "-")
 
     @property
+    def open_flag(self) -> bool:
+        """Whether it is yes, no, or left open."""
+        return self.default is None and bool in get_args(self.type)
+
+    @property
     def choices(self) -> tuple[Any, ...]:
         """The values that are allowed, where they are a few words."""
         kinds = [self.type, *get_args(self.type)]

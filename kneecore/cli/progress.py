@@ -1,6 +1,7 @@
 """Progress on stderr: a bar on a terminal, a line a stage elsewhere."""
 
 import sys
+import time
 from types import TracebackType
 from typing import Self
 
@@ -21,6 +22,20 @@ _TOLD = {
 }
 
 
+QUIET_S = 30.0
+"""Seconds between two lines on what slow runs will take, where there is no terminal."""
+
+
+def told_left(seconds: float | None) -> str:
+    """Return what is left to wait for, in words; nothing where it is unknown or soon over."""
+    if seconds is None or seconds < 1.0:
+        return ""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return f"at most {seconds / size:.0f} {unit} left"
+    return f"at most {seconds:.0f} s left"
+
+
 class ProgressDisplay:
     """Shows the reports it is called with, and never cancels.
 
@@ -34,6 +49,7 @@ class ProgressDisplay:
         self.unit = "deg"
         """Unit of the best f until now."""
         self._told: set[str] = set()
+        self._told_at = time.monotonic()
         self._quiet = quiet
         self._bar: Bar | None = None
         console = Console(stderr=True)
@@ -42,11 +58,12 @@ class ProgressDisplay:
                 TextColumn("{task.description}"),
                 BarColumn(bar_width=20),
                 TextColumn("{task.fields[best]}"),
+                TextColumn("{task.fields[left]}"),
                 TimeElapsedColumn(),
                 console=console,
                 transient=True,
             )
-            self._task = self._bar.add_task("starting", total=None, best="")
+            self._task = self._bar.add_task("starting", total=None, best="", left="")
 
     def __enter__(self) -> Self:
         if self._bar is not None:
@@ -79,8 +96,21 @@ class ProgressDisplay:
                 completed=report.done,
                 total=total,
                 best=best,
+                left=told_left(report.seconds_left),
             )
-        elif not self._quiet and report.stage not in self._told:
+        elif not self._quiet:
+            self._tell(report, told)
+        return False
+
+    def _tell(self, report: Progress, told: str) -> None:
+        """Print a line for a new stage, and now and then for slow runs."""
+        left, now = told_left(report.seconds_left), time.monotonic()
+        if report.stage not in self._told:
             self._told.add(report.stage)
             print(f"{told} ...", file=sys.stderr, flush=True)
-        return False
+        elif left and now - self._told_at >= QUIET_S:
+            many = f"{report.done:,} of {report.total:,} runs"
+            print(f"{told}: {many}, {left}", file=sys.stderr, flush=True)
+        else:
+            return
+        self._told_at = now

@@ -135,7 +135,8 @@ def _compile_ahead(options: _Options) -> None:
 
     with contextlib.suppress(ParameterError):  # it is told in its turn
         settings, knees = settings_from(SearchSettings, options), options.model is None
-        if (settings.search_space or settings.default_space(gradient=knees)) == "surrogate":
+        usual = settings.usual(in_corners=knees, gradient=knees, n_free=0)
+        if (settings.search_space or usual["search_space"]) == "surrogate":
             compile_apart(GENERATIONS)
         elif settings.method == "exact" and knees:
             compile_apart(AT_REST)

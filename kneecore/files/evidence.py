@@ -130,12 +130,14 @@ def repair_table(repair: Repair | None, digits: int | None, batch: int) -> dict[
     """Return the history of a repair as a table."""
     if repair is None:
         return None
+    checks = {"models_checked": repair.n_checked, "checks_failed": repair.n_checked_failed}
     return {
         "goal_percent": repair.goal_percent,
         "max_models": repair.max_models,
         "batch": batch,
         "models_added": repair.n_models,
         "models_failed": repair.n_failed,
+        **(checks if repair.n_checked else {}),
         "reached": repair.reached,
         "rounds": [
             {
@@ -158,6 +160,8 @@ def read_repair(table: dict[str, Any] | None) -> Repair | None:
         max_models=int(table["max_models"]),
         n_models=int(table["models_added"]),
         n_failed=int(table["models_failed"]),
+        n_checked=int(table.get("models_checked", 0)),
+        n_checked_failed=int(table.get("checks_failed", 0)),
         rounds=tuple(
             RepairRound(
                 n_models=int(r["models_added"]),
@@ -172,7 +176,10 @@ def read_repair(table: dict[str, Any] | None) -> Repair | None:
 
 def verdict_table(verdict: Verdict | None) -> dict[str, Any] | None:
     """Return a verdict as a table."""
-    return None if verdict is None else {"word": verdict.word, "reasons": list(verdict.reasons)}
+    if verdict is None:
+        return None
+    outlook = {"outlook": verdict.outlook} if verdict.outlook else {}
+    return {"word": verdict.word, "reasons": list(verdict.reasons), **outlook}
 
 
 def read_verdict(table: dict[str, Any] | None) -> Verdict | None:
@@ -181,7 +188,11 @@ def read_verdict(table: dict[str, Any] | None) -> Verdict | None:
         return None
     if table["word"] not in ("trusted", "doubtful", "not found"):
         raise FileFormatError("`verdict.word` must be 'trusted', 'doubtful' or 'not found'")
-    return Verdict(word=table["word"], reasons=tuple(str(r) for r in table["reasons"]))
+    return Verdict(
+        word=table["word"],
+        reasons=tuple(str(r) for r in table["reasons"]),
+        outlook=str(table.get("outlook", "")),
+    )
 
 
 def comparison_table(result: SearchResult) -> dict[str, Any] | None:

@@ -17,7 +17,9 @@ _PER_CENT = 100.0
 
 def _searched_f(result: SearchResult) -> float | None:
     """Return f of the best pair in the space that was searched last."""
-    if result.verdict is not None:  # a search inside the bounds ends with the best that was run
+    if (
+        result.verdict is not None and result.repair is not None
+    ):  # a search inside the bounds ends with the best that was run
         return result.objective_model
     if result.repair is not None and not result.repair.rounds:  # ended before its first optimum
         return result.objective_model
@@ -33,8 +35,8 @@ def check_runs(result: SearchResult) -> None:
     # A pair that fails in the model is worth minus infinity to a search, and nothing to a file.
     if f is not None and not np.isnan(values).all():
         check_equal("search.run_values", np.nanmax(values), f, digits=digits)
-    # A search inside the bounds, which has a verdict, breeds nothing.
-    ga = result.settings.method == "ga" and result.verdict is None
+    inside = result.repair is not None and result.verdict is not None  # no pairs are bred there
+    ga = result.settings.method == "ga" and not inside
     whole = result.stop_reason != "cancelled"
     if whole:
         n_runs = result.settings.n_runs if ga else 1
@@ -130,7 +132,9 @@ def check_repair(result: SearchResult) -> None:
         return
     most = "at most the models that were added"
     check_holds("repair.models_failed", repair.n_failed <= repair.n_models, most)
-    check_holds("repair.models_added", repair.n_models <= repair.max_models, "at most max_models")
+    check_holds("repair.checks_failed", repair.n_checked_failed <= repair.n_checked, most)
+    fits = repair.n_models + repair.n_checked <= repair.max_models
+    check_holds("repair.models_added", fits, "at most max_models, those checked among them")
     added = [one.n_models for one in repair.rounds]
     check_holds("repair.rounds", np.diff([*added, repair.n_models]) >= 0, most)
     for one in repair.rounds:

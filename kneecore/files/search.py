@@ -71,7 +71,8 @@ def to_dict(result: SearchResult) -> dict[str, Any]:
         "seconds": {k: round(v, 6) for k, v in result.seconds.items()},
         "threads": result.threads,
     }
-    write_settings(result.settings, document, without=_REPAIR)
+    unset = {"max_runs"} if result.settings.max_runs is None else set()
+    write_settings(result.settings, document, without=_REPAIR | unset)
     own = knee_part(result) if isinstance(result.model, Knee) else _model_part(result)
     return document | own
 

@@ -14,7 +14,7 @@ from kneecore.numerics.sampling import uniform
 from kneecore.paper.turned_round import turned_round_percent
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.result import SearchResult
-from kneecore.search.settings import SearchSettings, SearchSpace
+from kneecore.search.settings import PAPER_SAMPLES, SearchSettings, SearchSpace
 from kneecore.search.warm_up import warm_up
 from kneecore.search.worst_case import worst_case
 from kneecore.study.influence import InfluenceResult, influence
@@ -194,9 +194,9 @@ class _Searches:
             search_space=where,
             pop_size=self._budget.validation_size,
             n_generations=self._budget.validation_size,
+            training_samples=times_samples * PAPER_SAMPLES,
             seed=self._seed + run,
         )
-        settings = replace(settings, training_samples=times_samples * settings.training_samples)
         return self._search(f"searching {place} for comparison", "both", settings)
 
     def exact(self, case: Case) -> SearchResult:
@@ -221,7 +221,7 @@ def _rank_f(knee: Knee, runs: tuple[SearchResult, ...], report: Callback) -> NDA
     ranks = []
     for run in runs:
         settings = SurrogateQualitySettings(
-            training_samples=run.settings.training_samples, seed=run.settings.seed
+            training_samples=run.settings.n_training, seed=run.settings.seed
         )
         ranks.append(surrogate_quality(knee, settings, callback=report).rank_f)
     return np.array(ranks)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import shlex
+from dataclasses import replace
 from typing import Any
 
 from kneecore.knee.bounds import needs_file
@@ -42,10 +43,14 @@ def _knee_words(knee: Knee) -> list[tuple[str, Any, Any]]:
 def _setting_words(settings: SearchSettings) -> list[tuple[str, Any, Any]]:
     """Return the options of the search: (flag, value, default) each."""
     words: list[tuple[str, Any, Any]] = []
+    usual = SearchSettings().usual(in_corners=True, gradient=True, n_free=0)
+    usual["search_space"] = replace(settings, search_space=None).usual(
+        in_corners=True, gradient=True, n_free=0
+    )["search_space"]
     for one in options_of(SearchSettings):
-        value, default = getattr(settings, one.name), one.default
-        if one.name == "search_space":
-            default = settings.default_space(gradient=True)
+        value, default = getattr(settings, one.name), usual.get(one.name, one.default)
+        if value is None:
+            continue
         if dataclasses.is_dataclass(default):
             words += [
                 (f"{one.flag}.{f.name.replace('_', '-')}", getattr(value, f.name), f.default)

@@ -53,9 +53,10 @@ def repair_line(repair: Repair) -> str:
     gaps = ["unknown" if r.gap_percent is None else f"{r.gap_percent:.2f}" for r in repair.rounds]
     told = f"below {repair.goal_percent:g} %" if repair.reached else "not repaired"
     failed = f", {repair.n_failed} of them failed" if repair.n_failed else ""
+    checked = f" {repair.n_checked} more looked at the pair again." if repair.n_checked else ""
     return (
         f"Surrogate repaired with {repair.n_models} more models{failed}: gap at its optimum "
-        f"{', '.join(gaps)} % ({told})."
+        f"{', '.join(gaps)} % ({told}).{checked}"
     )
 
 

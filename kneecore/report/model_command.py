@@ -21,6 +21,9 @@ def model_command(model: Model, settings: SearchSettings) -> str | None:
         value = getattr(settings, one.name)
         if value is None or value == one.default or one.name == "options":
             continue
+        if one.open_flag:
+            words.append(one.flag if value else f"--no-{one.key}")
+            continue
         values = value if isinstance(value, tuple) else (value,)
         words += [one.flag] if value is True else [one.flag, *(shlex.quote(str(v)) for v in values)]
     return " ".join(words)

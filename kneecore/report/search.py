@@ -65,6 +65,8 @@ def _headline(result: SearchResult) -> str:
         lines.append(repair_line(result.repair))
     if result.verdict is not None:
         lines.append(str(result.verdict))
+        if result.verdict.outlook:
+            lines.append(result.verdict.outlook)
     if len(result.run_values) > 1:
         high, low = (f(result.run_values) for f in (max, min))
         best, worst = (objective_text(result.model, v) for v in (high, low))

@@ -21,10 +21,11 @@ def search_budget(settings: Any, model: "Model") -> Budget:
     seconds: dict[str, float] = {}
     models = 2
     if not in_model:
-        rows = settings.training_samples + (settings.repair_models if settings.repair else 0)
+        added = settings.n_repair if settings.repair else 0
+        rows = settings.n_training + added
         models += rows
         most = "training_samples"
-        if settings.repair and settings.repair_models > settings.training_samples:
+        if added > settings.n_training:
             most = "repair_models"
         memory[most] = surrogate_memory(rows, d) + 8.0 * rows * (d + m)
         seconds[most] = rows * _SECONDS_A_PAIR

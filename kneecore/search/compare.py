@@ -83,7 +83,7 @@ def _repaired(search: Search, callback: Callback) -> Traced:
     """Let the surrogate repair itself: the true f of its optimum after each round."""
     found = search(**_OPTIONS["repair"], callback=callback)
     assert found.repair is not None
-    first = found.settings.training_samples
+    first = found.settings.n_training
     points: Points = [(first + r.n_models, r.objective_model) for r in found.repair.rounds]
     end = (found.counts["models_simulated"], found.objective_model)
     return _traced("repair", [*_risen(points), end], found)
@@ -140,10 +140,15 @@ def _shared(model: Model, settings: SearchSettings) -> dict[str, Any]:
 
 
 _OPTIONS: dict[str, dict[str, Any]] = {
-    "ga_surrogate": {"search_space": "surrogate"},
+    "ga_surrogate": {"method": "ga", "search_space": "surrogate", "repair": False},
     "repair": {"repair": True},
     "exact": {"method": "exact"},
-    "ga": {"search_space": "model", "pop_size": VALIDATION, "n_generations": VALIDATION},
+    "ga": {
+        "method": "ga",
+        "search_space": "model",
+        "pop_size": VALIDATION,
+        "n_generations": VALIDATION,
+    },
 }
 
 

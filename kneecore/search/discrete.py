@@ -7,7 +7,7 @@ other, as long as that gains.
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from kneecore.numerics.surrogate import Surrogate
 __all__ = ["OnGrids", "combinations", "first_points", "polished", "polished_pair"]
 
 FloatArray = NDArray[np.float64]
+
+Outputs = Callable[[FloatArray], FloatArray]
+"""Points (n, n_free) to outputs (n, m)."""
 
 _MOST_ROUNDS = 20
 _MOST_TRIED = 64  # values of one input
@@ -72,7 +75,7 @@ def _near(grid: Grid, place: float) -> FloatArray:
 
 
 def polished(
-    surrogate: Surrogate, sums: FloatArray, u: FloatArray, grids: Mapping[int, Grid]
+    surrogate: Outputs, sums: FloatArray, u: FloatArray, grids: Mapping[int, Grid]
 ) -> FloatArray:
     """Return a point (n_free,) from which no input with few values can raise the sum, (m,), alone.
 

@@ -136,7 +136,7 @@ class _Repairing:
         self, samples: _Samples, search: Search, weights: FloatArray, settings: SearchSettings
     ) -> None:
         self.samples, self._search, self._weights = samples, search, weights
-        self._goal, self._max = settings.repair_gap_percent, settings.repair_models
+        self._goal, self._max = settings.repair_gap_percent, settings.n_repair
         self.rounds: list[RepairRound] = []
         self.last: Found | None = None
         """The optimum that was computed last."""
@@ -304,7 +304,7 @@ def _searcher(problem: Problem, samples: _Samples) -> Search:
             Progress(
                 stage="repair",
                 done=samples.n_added,
-                total=settings.repair_models,
+                total=settings.n_repair,
                 best=samples.best,
                 run=report.run,
             )

@@ -150,6 +150,10 @@ class Repair:
     """Models that were added, failed ones included."""
     n_failed: int
     """Those among them that failed: they are in no fit."""
+    n_checked: int = 0
+    """Runs that then looked whether the model is noisy at the pair or jumps; in no fit either."""
+    n_checked_failed: int = 0
+    """Those among them that failed."""
     rounds: tuple[RepairRound, ...]
     """The gaps, the first that of the surrogate before the repair."""
 
@@ -167,6 +171,8 @@ class Verdict:
     word: Literal["trusted", "doubtful", "not found"]
     reasons: tuple[str, ...] = ()
     """Why not, and what to do: a sentence each."""
+    outlook: str = ""
+    """What more runs would buy: a sentence, or nothing where there is no saying."""
 
     def __str__(self) -> str:
         return " ".join([f"Verdict: {self.word}.", *self.reasons])
@@ -250,7 +256,7 @@ class SearchResult(Presented):
     """How the surrogate was repaired; None if it was not asked to be."""
     verdict: Verdict | None = None
     """Whether the pair is to be trusted; None where the search does not judge itself: that of a
-    knee, or one without repair."""
+    knee, or one in the true model."""
     methods: tuple[MethodTrace, ...] = field(default=())
     """What all methods find in the same bounds (`kneecore.search.compare.with_methods`)."""
 

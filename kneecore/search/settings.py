@@ -18,18 +18,23 @@ __all__ = ["MAX_COUNTING", "Method", "SearchSettings", "SearchSpace", "enough_sa
 
 SearchSpace = Literal["surrogate", "model"]
 Method = Literal["ga", "exact"]
+GENETIC = ("pop_size", "n_generations", "n_runs", "options")
+"""Options of the genetic algorithm."""
 MAX_COUNTING = 12
 """Outputs that count up to which `bound` looks at every pattern of their signs."""
+PAPER_SAMPLES = 50
+"""Training samples of the paper."""
+_PAIR = 2
 
 
 def enough_samples(n_free: int) -> int:
     """Return the paper's 50 training samples, or as many as this many free inputs need."""
-    return max(50, n_free + 2)
+    return max(PAPER_SAMPLES, n_free + 2)
 
 
 @dataclass(frozen=True, kw_only=True)
 class SearchSettings:
-    """How to search for the worst case. Defaults are the paper's main run.
+    """How to search for the worst case. Defaults are the paper's main run for a knee.
 
     Raises
     ------
@@ -37,9 +42,9 @@ class SearchSettings:
         If a value is not allowed, or belongs to another method.
     """
 
-    method: Method = option("ga")
+    method: Method | None = option(None, metavar="{ga,exact}")
     """The paper's genetic algorithm, or climbs with exact gradients (no pop-size, generations, runs
-    or ga options)."""
+    or ga options). Unset: ga for knees and where one of its options is given, else exact."""
     search_space: SearchSpace | None = option(None, key="space", metavar="{surrogate,model}")
     """Where to search: in the surrogate, or in the true model (slower with the genetic algorithm,
     exact values). Unset: the surrogate with ga or repair, the model with exact where it has
@@ -51,19 +56,24 @@ class SearchSettings:
     """Tell after the search how many inputs' slopes keep their sign within the bounds, and what f
     is at most if slopes stay near their sampled range: no proof (exact search in the true model;
     some 20 seconds more for the knee)."""
-    repair: bool = option(False)
+    repair: bool | None = option(None)
     """Repair the surrogate where it is trusted most: compute its optimum in the true model, add it
-    to the samples, fit again, search again; then try one input at a time at its other bound."""
+    to the samples, fit again, search again; then look where it is unsure. Unset: not for knees, nor
+    with ga or gradients; else repaired, with a verdict on the pair."""
     repair_gap_percent: float = option(1.0, place=("repair", "goal_percent"))
     """Gap between surrogate and model at the optimum below which the surrogate counts as repaired,
     per cent."""
-    repair_models: int = option(40, place=("repair", "max_models"))
+    repair_models: int | None = option(None, place=("repair", "max_models"), metavar="INT")
     """Model runs that a repair may add. Those that the gap does not need look for a pair that is
-    better in the true model."""
+    better in the true model. Unset: 40 for knees, else 99 or what `max_runs` leaves."""
     repair_batch: int = option(4, place=("repair", "batch"))
     """Runs that a repair asks for at once (models of one's own; a knee is repaired one by one)."""
-    training_samples: int = option(50, place=("search", "training_samples"))
-    """Model runs that the surrogate is fitted to; at least one more than free parameters."""
+    max_runs: int | None = option(None, place=("search", "max_runs"), metavar="INT")
+    """Runs of the model that a search in a surrogate may take, all in all. Unset: what its other
+    options come to."""
+    training_samples: int | None = option(None, place=("search", "training_samples"), metavar="INT")
+    """Model runs that the surrogate is fitted to; at least one more than free parameters. Unset:
+    50; for models of one's own as many as they need, or a third of `max_runs`."""
     pop_size: int = option(200, place=("search", "pop_size"))
     """Pairs in a generation."""
     n_generations: int = option(800, key="generations", place=("search", "generations"))
@@ -86,14 +96,17 @@ class SearchSettings:
     def __post_init__(self) -> None:
         check_choices(self)
         counts = ("training_samples", "pop_size", "n_generations", "n_runs")
-        for name in (*counts, "repair_models", "repair_batch"):
-            object.__setattr__(self, name, check_count(name, getattr(self, name)))
+        for name in (*counts, "repair_models", "repair_batch", "max_runs"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, check_count(name, getattr(self, name)))
         object.__setattr__(self, "seed", check_seed(self.seed))
         object.__setattr__(self, "weights", _checked_weights(self.weights))
         if not isinstance(self.options, GeneticOptions):
             raise ParameterError(f"`options` is {shown(self.options)}; GeneticOptions are allowed")
         text("objective", self.objective, 200)
-        for name in ("repair", "thorough", "bound"):
+        if self.repair is not None:
+            object.__setattr__(self, "repair", flag("repair", self.repair))
+        for name in ("thorough", "bound"):
             object.__setattr__(self, name, flag(name, getattr(self, name)))
         self.options.split(self.pop_size)
         self._check_method()
@@ -109,11 +122,11 @@ class SearchSettings:
         """Raise if there are options that are another method's."""
         if self.method == "exact":
             self._refuse_others_than_usual(
-                ("pop_size", "n_generations", "n_runs", "options"),
+                GENETIC,
                 "it is the genetic algorithm's, and the method 'exact' has none of it",
             )
         if self.bound and (self.method != "exact" or self.repair):
-            other = "`repair`" if self.repair else f"the method {self.method!r}"
+            other = "`repair`" if self.repair else f"the method {self.method or 'ga'!r}"
             raise ParameterError(
                 f"`bound` is True; it needs the method 'exact' in the true model, not {other}"
             )
@@ -125,29 +138,85 @@ class SearchSettings:
             raise ParameterError(
                 f"`repair_gap_percent` is {gap:g}; a number above 0 and below 100 is allowed"
             )
-        if not self.repair:
-            self._refuse_others_than_usual(
-                ("repair_gap_percent", "repair_models", "repair_batch"), "it needs `repair`"
-            )
         object.__setattr__(self, "repair_gap_percent", gap)
-        if not self.repair:
-            return
-        if self.repair_models < 2:
+        if self.repair is False:
+            self._refuse_repairs()
+        if self.repair_models is not None and self.repair_models < 2:
             raise ParameterError(
                 f"`repair_models` is {self.repair_models}; at least 2 are needed, for the "
                 "surrogate's optimum is a pair"
             )
-        if self.search_space == "model":
+        if self.repair and self.search_space == "model":
             raise ParameterError(
                 "`search_space` is 'model'; with `repair` it is the surrogate that is searched"
             )
 
-    def default_space(self, *, gradient: bool) -> SearchSpace:
-        """Return where is searched if nothing else is asked for.
+    def _refuse_repairs(self) -> None:
+        names = ("repair_gap_percent", "repair_models", "repair_batch")
+        self._refuse_others_than_usual(names, "it needs `repair`")
 
-        `gradient` tells whether the model, or one near it, has exact gradients.
+    @property
+    def n_training(self) -> int:
+        """Runs that the surrogate is fitted to, once that is decided (`of`)."""
+        assert self.training_samples is not None
+        return self.training_samples
+
+    @property
+    def n_repair(self) -> int:
+        """Runs that a repair may add, once that is decided (`of`); 0 without one."""
+        return self.repair_models or 0
+
+    def usual(self, *, in_corners: bool, gradient: bool, n_free: int) -> dict[str, Any]:
+        """Return what each option that may be left open is then: the one place that decides.
+
+        Parameters
+        ----------
+        in_corners : bool
+            Whether the model's worst pairs are known to lie in corners, as the knee's do.
+        gradient : bool
+            Whether the model, or one near it, has exact gradients.
+        n_free : int
+            Inputs that vary.
         """
-        return "model" if self.method == "exact" and not self.repair and gradient else "surrogate"
+        genetic = in_corners or self._genetic
+        method = self.method or ("ga" if genetic else "exact")
+        own = not in_corners and not gradient and method == "exact"
+        repair = (own and self.search_space != "model") if self.repair is None else self.repair
+        in_model = method == "exact" and not repair and gradient
+        samples = PAPER_SAMPLES if in_corners else enough_samples(n_free)
+        if self.max_runs is not None:
+            if repair:
+                samples = min(samples, max(n_free + 2, self.max_runs // 3))
+            else:
+                samples = min(samples, max(self.max_runs - _PAIR - 1, 1))
+        added = 40 if in_corners else 99
+        if self.max_runs is not None:
+            added = max(self.max_runs - (self.training_samples or samples) - 1, 2)
+        return {
+            "method": method,
+            "repair": repair,
+            "search_space": "model" if in_model else "surrogate",
+            "training_samples": samples,
+            "repair_models": added,
+        }
+
+    @property
+    def _genetic(self) -> bool:
+        """Whether the genetic algorithm is asked for by one of its options."""
+        usual = {o.name: o.default for o in options_of(type(self))}
+        return any(getattr(self, name) != usual[name] for name in GENETIC)
+
+    def _decided(self, model: "Model") -> Self:
+        usual = self.usual(
+            in_corners=model.in_corners,
+            gradient=model.has_gradient or model.proxy is not None,
+            n_free=model.n_free,
+        )
+        open_ = {name: value for name, value in usual.items() if getattr(self, name) is None}
+        if not (self.repair if self.repair is not None else usual["repair"]):
+            self._refuse_repairs()
+            open_.pop("repair_models", None)
+        return replace(self, **open_)
 
     def of(self, model: "Model") -> Self:
         """Return the settings of a search of `model`, with nothing left open, and checked.
@@ -158,19 +227,37 @@ class SearchSettings:
             If the model cannot be searched like that.
         """
         gradient = model.has_gradient or model.proxy is not None
-        space = self.search_space or self.default_space(gradient=gradient)
-        if self.method == "exact" and space == "model" and not gradient:
+        if self.method == "exact" and self.search_space == "model" and not gradient:
             raise ParameterError(
                 "`search_space` is 'model'; the method 'exact' has no gradients of this model, "
                 "and searches its surrogate"
             )
+        settings = self._decided(model)
         weights = model.weights(self.objective, self.weights)
         if self.bound:
-            self._check_bound(model, space, int((weights != 0.0).sum()))
-        settings = replace(self, search_space=space)
+            assert settings.search_space is not None
+            self._check_bound(model, settings.search_space, int((weights != 0.0).sum()))
+        settings._check_runs(model.n_free)
         settings.check_training(model.n_free)
         check_budget(search_budget(settings, model))
         return settings
+
+    def _check_runs(self, n_free: int) -> None:
+        """Raise if more runs are needed than are allowed."""
+        if self.max_runs is None:
+            return
+        if self.search_space == "model":
+            raise ParameterError(
+                f"`max_runs` is {self.max_runs}; it is for searches in a surrogate, and this one "
+                "is in the model"
+            )
+        samples, added = max(self.n_training, n_free + 1), self.n_repair or _PAIR
+        if samples + added + 1 > self.max_runs:
+            raise ParameterError(
+                f"`max_runs` is {self.max_runs}; at least {samples + added + 1} are needed: "
+                f"{samples} to fit a surrogate of {n_free} free parameters, {added} for the pair, "
+                "and the nominal one"
+            )
 
     def _check_bound(self, model: "Model", space: SearchSpace, n_counting: int) -> None:
         """Raise if the model has no slopes to bound f by, or too many outputs."""
@@ -189,7 +276,8 @@ class SearchSettings:
 
     def check_training(self, n_dimensions: int) -> None:
         """Raise if the surrogate's linear tail needs more samples than there are."""
-        if self.search_space != "model" and self.training_samples < n_dimensions + 1:
+        samples = self.training_samples
+        if self.search_space != "model" and samples is not None and samples < n_dimensions + 1:
             raise ParameterError(
                 f"`training_samples` is {self.training_samples}; with {n_dimensions} free "
                 f"parameters at least {n_dimensions + 1} are needed"

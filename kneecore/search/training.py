@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from kneecore._arrays import numbers
 from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Model
+from kneecore.numerics.sampling import batches
 from kneecore.numerics.surrogate import Surrogate
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.search.arguments import check_model, checked
 from kneecore.search.discrete import first_points
 from kneecore.search.settings import SearchSettings
@@ -59,7 +60,10 @@ class Training:
 
 
 def train(model: UnitModel, settings: SearchSettings, callback: Callback | None = None) -> Training:
-    """Sample the model uniformly within its bounds and fit a surrogate.
+    """Sample the model and fit a surrogate.
+
+    The samples are uniform as in the paper for a knee, a Latin hypercube for other models: their
+    runs are few and dear.
 
     Raises
     ------
@@ -71,12 +75,18 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     n_dimensions = model.model.n_free
     settings.check_training(n_dimensions)
     report = callback or (lambda _: None)
-    n = settings.training_samples
+    n = settings.n_training
     if report(Progress(stage="sampling", done=0, total=n)):
         raise Cancelled
     start = time.perf_counter()
-    points = first_points(model.model, n, settings.seed)
-    values = model(points, lambda done: report(Progress(stage="sampling", done=done, total=n)))
+    points = _points(model.model, settings)
+    clock = Clock()
+
+    def watch(done: int) -> object:
+        left = clock.left(done, n - done + settings.n_repair)
+        return report(Progress(stage="sampling", done=done, total=n, seconds_left=left))
+
+    values = model(points, watch)
     sampled = time.perf_counter()
     report(Progress(stage="sampling", done=n, total=n))
     good = np.isfinite(values).all(axis=1)
@@ -95,6 +105,13 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
         seconds_sampling=sampled - start,
         seconds_fit=time.perf_counter() - sampled,
     )
+
+
+def _points(model: Model, settings: SearchSettings) -> FloatArray:
+    n, d, seed = settings.n_training, model.n_free, settings.seed
+    if model.in_corners or model.grids:
+        return first_points(model, n, seed)
+    return next(batches(n, d, seed, sampling="latin-hypercube", size=n))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

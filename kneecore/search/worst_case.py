@@ -36,10 +36,11 @@ from kneecore.search.arguments import checked
 from kneecore.search.exact_search import exact_in_model, exact_in_surrogate
 from kneecore.search.genetic_search import find_pair
 from kneecore.search.inside_search import find_inside_pair
+from kneecore.search.offered import judged_and_offered
 from kneecore.search.problem import Outcome, Problem
 from kneecore.search.repair import find_repaired_pair
 from kneecore.search.result import MODELS, SearchResult, gap_percent
-from kneecore.search.settings import SearchSettings, enough_samples
+from kneecore.search.settings import SearchSettings
 from kneecore.search.warm_up import warm_up
 from kneecore.unit_model import UnitModel
 
@@ -78,9 +79,9 @@ def worst_case(
     model : Model
         Such as `Knee`.
     settings : SearchSettings, optional
-        How to search. For None: the paper's main run for a knee; for other models climbs with exact
-        gradients where there are any, else a surrogate that is repaired within 150 runs, or
-        100 more than it is fitted to.
+        How to search. What is left open is decided for the model: the paper's main run for a knee;
+        for other models climbs with exact gradients where there are any, else a surrogate that is
+        repaired within 150 runs, or 100 more than it is fitted to.
     callback : callable, optional
         Gets `Progress` reports; a true result cancels. A search that has begun returns what it has
         found, with the `stop_reason` "cancelled".
@@ -94,8 +95,6 @@ def worst_case(
     Cancelled
         If the callback cancelled before the search had begun.
     """
-    if settings is None and isinstance(model, Model):
-        settings = usual_settings(model)
     settings = checked(model, settings, callback).of(model)
     counted = UnitModel(model)
     started = time.perf_counter()
@@ -110,17 +109,15 @@ def worst_case(
         callback=callback,
         result_of=lambda found, counted: _result(replace(problem, model=counted), found, compiled),
     )
-    return _result(problem, find(problem), compiled)
+    outcome = find(problem)
+    if outcome.training is not None and not model.in_corners and not settings.repair:
+        outcome = judged_and_offered(outcome, problem.weights)
+    return _result(problem, outcome, compiled)
 
 
 def usual_settings(model: Model) -> SearchSettings:
     """Return how `worst_case` searches a model if nothing is asked for."""
-    if model.in_corners:
-        return SearchSettings()
-    if model.has_gradient or model.proxy is not None:
-        return SearchSettings(method="exact")
-    n = enough_samples(model.n_free)
-    return SearchSettings(method="exact", repair=True, training_samples=n, repair_models=99)
+    return SearchSettings().of(model)
 
 
 def _order(outcome: Outcome, column: int) -> list[int]:

@@ -68,11 +68,11 @@ def best_pair(model: Model, weights: FloatArray, *, seed: int, steps: Steps) -> 
 
 
 def _in_repaired_surrogate(model: Model, weights: FloatArray, seed: int, steps: Steps) -> PairFound:
-    usual = SearchSettings()
     settings = SearchSettings(
         method="exact",  # as good as the genetic algorithm here, in a fifth of the time
         repair=True,
-        training_samples=max(usual.training_samples, 2 * (model.n_free + 1)),
+        repair_models=40,
+        training_samples=max(50, 2 * (model.n_free + 1)),
         seed=seed,
     )
     problem = Problem(

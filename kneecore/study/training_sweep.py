@@ -87,6 +87,7 @@ def _searches(model: Model, settings: TrainingSweepSettings) -> list[SearchSetti
         SearchSettings(
             method=settings.method,
             search_space="surrogate",
+            repair=False,
             training_samples=size,
             seed=settings.seed + s,
         ).of(model)

@@ -7,7 +7,7 @@ from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE, PRESETS, RANDOM, WORST
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
-from kneeviz.views.html.pieces import box, escape
+from kneeviz.views.html.pieces import box, plain
 from kneeviz.views.html.result import (
     bound_names,
     differences,
@@ -61,7 +61,7 @@ def show_result(page: Page) -> None:
         for place in ("search.found", "search.table", "found", "files.command"):
             belonging.write(page, place, "")
         return
-    sentence = escape(result.summary())
+    sentence = plain(result.summary())
     told = f"<b>{sentence}</b><br>{objective_line(result)}"
     unfinished = unfinished_line(result, improving=page.live.improving)
     evidence = unfinished + repair_line(result) + evidence_line(result)

@@ -200,7 +200,7 @@ def refresh(page: Page) -> None:
     for name, handle in tab.files.items():
         handle.disabled = by_file[name.partition(".")[0]] is None
     if study.paper is not None:
-        belonging.write(page, "study.judged", judged(study.paper.words))
+        belonging.write(page, "study.judged", judged(study.paper.words, study.paper.claims))
     if study.accuracy is not None:
         colours = theme.palette(page.view.dark)
         belonging.write(page, "study.accuracy", accuracy.tolerances(study.accuracy, colours))

@@ -14,8 +14,8 @@ _CROSSING_SECONDS = 0.5
 moved it meanwhile: then his value must follow, or his slider stays at ours."""
 
 
-def _play(page: Page, value: Asked) -> None:
-    set_playing(page, value.value == "Play")
+def _play(page: Page, _value: Asked) -> None:
+    set_playing(page, not page.playback.playing)
 
 
 def set_playing(page: Page, playing: bool) -> None:

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import re
 from collections.abc import Sequence
 from importlib import resources
 
@@ -15,7 +14,7 @@ from kneecore.report.search import objective_text
 from kneeviz.export.chart import chart
 from kneeviz.export.drawing import drawing, frames
 from kneeviz.export.film import Film, film_of
-from kneeviz.views.html.pieces import escape, number
+from kneeviz.views.html.pieces import escape, number, plain
 
 _PAPER = (
     'After A. Ciszkiewicz and R. Dumas, "Surrogate-based worst-case analysis of a knee joint model '
@@ -38,7 +37,7 @@ def html_page(result: SearchResult) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(_title(result))}</title>\n<style>\n{_asset('page.css')}</style>\n</head>\n"
-        f"<body>\n<main>\n<h1>{_plain(result.summary())}</h1>\n{views}{_numbers(result, film)}"
+        f"<body>\n<main>\n<h1>{plain(result.summary())}</h1>\n{views}{_numbers(result, film)}"
         f"</main>\n{_origin(result)}{script}</body>\n</html>\n"
     )
 
@@ -101,13 +100,7 @@ def _numbers(result: SearchResult, film: Film | None) -> str:
     if result.verdict is not None:
         lines.append(str(result.verdict))
     table = "" if film is None or not film.knees else _angles(film)
-    return table + "".join(f"<p>{_plain(line)}</p>\n" for line in lines)
-
-
-def _plain(words: str) -> str:
-    """Return a report's words as the page writes numbers and units, escaped."""
-    words = re.sub(r"(?<![\w.])-(?=\d)", "\u2212", words)
-    return escape(words.replace(" deg", "°").replace("N m", "N·m"))
+    return table + "".join(f"<p>{plain(line)}</p>\n" for line in lines)
 
 
 def _objective(result: SearchResult) -> str:

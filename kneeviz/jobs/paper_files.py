@@ -28,6 +28,8 @@ class PaperFiles:
     model: Knee
     words: str
     """How many of the paper's claims hold, those apart that the baseline was not fitted to."""
+    claims: tuple[tuple[str, str, str, str], ...]
+    """Each claim's statement, the paper's figure, ours, and what became of it."""
     page: bytes
     """One HTML page with its figures inside."""
     everything: bytes
@@ -48,6 +50,9 @@ def redo(knee: Knee, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
     return PaperFiles(
         model=knee,
         words=_words(report),
+        claims=tuple(
+            (one.claim.statement, one.claim.paper, one.ours, one.outcome) for one in report.verdicts
+        ),
         page=files["paper.html"],
         everything=_packed(files),
     )

@@ -89,6 +89,7 @@ class Drawing:
         assert poses[0] is not None
         self._write_readout(poses[0])
         self._mirror_position()
+        page.view.transport.show_playing(page.playback.playing)
         if other_charts:
             page.view.show_other_charts(shown, Markers(poses=poses))
         page.target.flush()

@@ -48,6 +48,8 @@ class Palette:
     beyond: str
     """The shade over over-extension."""
     text: str
+    ground: str
+    """The panels', behind all text."""
     faint: str
     rule: str
     bone: RGB
@@ -78,12 +80,13 @@ LIGHT = Palette(
     zero="rgba(60,60,60,0.55)",
     beyond="rgba(200,120,60,0.10)",
     text="#222222",
+    ground="#ffffff",
     faint="#6b6b6b",
     rule="#e3e3e3",
     bone=(255, 228, 174),
     rim=(178, 146, 98),
     fibula=(255, 240, 212),
-    slack=(178, 178, 178),
+    slack=(118, 118, 118),
     mechanism=(110, 96, 74),
     arrow=(60, 60, 60),
     contact=(255, 176, 0),
@@ -104,6 +107,7 @@ DARK = Palette(
     zero="rgba(220,220,220,0.55)",
     beyond="rgba(240,150,90,0.12)",
     text="#eaeaea",
+    ground="#242424",
     faint="#a5a5a5",
     rule="#3a3a3a",
     bone=(206, 194, 166),
@@ -125,6 +129,39 @@ def palette(dark: bool, *, large: bool = False) -> Palette:
     """Return the colours of the light or the dark theme, at a desk's size or large for a class."""
     colours = DARK if dark else LIGHT
     return replace(colours, size=CLASS_SIZE) if large else colours
+
+
+CONTRAST = 4.5
+"""WCAG's least contrast of text with its ground (AA)."""
+
+
+def luminance(colour: RGB) -> float:
+    """Return a colour's relative luminance as WCAG defines it, 0 (black) to 1 (white)."""
+    parts = (part / 255.0 for part in colour)
+    linear = [p / 12.92 if p <= 0.03928 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, two: str) -> float:
+    """Return WCAG's contrast of two colours ``#rrggbb``, 1 to 21."""
+    low, high = sorted(luminance(rgb(colour)) for colour in (one, two))
+    return (high + 0.05) / (low + 0.05)
+
+
+def readable(hue: str, ground: str) -> str:
+    """Return `hue` so far towards black or white that it can be read on `ground`."""
+    end: RGB = (0, 0, 0) if luminance(rgb(ground)) > 0.5 else (255, 255, 255)
+    shades = (_hex(mix(rgb(hue), end, step / 20.0)) for step in range(21))
+    return next(shade for shade in shades if contrast(shade, ground) >= CONTRAST)
+
+
+def ink(hue: str) -> str:
+    """Return `hue` as CSS for text, which can be read in the theme that the browser shows."""
+    return f"light-dark({readable(hue, LIGHT.ground)}, {readable(hue, DARK.ground)})"
+
+
+def _hex(colour: RGB) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 _FADES = {
@@ -149,7 +186,7 @@ def _greyed(colour: str | RGB) -> str | RGB:
         return mix(colour, _GREY, _FADED)
     if not colour.startswith("#"):  # it is pale already
         return colour
-    return "#{:02x}{:02x}{:02x}".format(*mix(rgb(colour), _GREY, _FADED))
+    return _hex(mix(rgb(colour), _GREY, _FADED))
 
 
 def group_colour(group: str, colours: Palette) -> str:
@@ -175,6 +212,23 @@ def mix(a: RGB, b: RGB, share: float) -> RGB:
 def handle_colour(colour: RGB) -> NDArray[np.uint8]:
     """Return a colour in the form that line handles take after their creation."""
     return np.array(colour, dtype=np.uint8)
+
+
+BRAND: RGB = (27, 72, 105)
+"""Of which viser makes the colours of its buttons and tabs."""
+VISER_TEXTS = """<style>
+:root {
+  --mantine-color-dimmed: #5f6973 !important; --mantine-color-gray-filled: #5f6973 !important;
+}
+:root[data-mantine-color-scheme="dark"] {
+  --mantine-color-dimmed: #a3a3a3 !important; --mantine-color-gray-filled: #343a40 !important;
+}
+.mantine-Slider-markLabel { color: var(--mantine-color-dimmed) !important }
+:root[data-mantine-color-scheme="dark"] [role="tab"][aria-selected="true"] * {
+  color: #7db8e0 !important;
+}
+</style>"""
+"""viser's own labels, grey buttons and open tabs, which are paler than one can read."""
 
 
 def large_text() -> str:

@@ -48,7 +48,7 @@ class View:
         self.faded: frozenset[str] = frozenset()
         """What is drawn in faded colours, since it belongs to a state that is over."""
         gui.configure_theme(
-            show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=False
+            show_logo=False, show_share_button=False, brand_color=theme.BRAND, dark_mode=False
         )
         gui.set_panel_label("kneeviz")
         self.scene = KneeScene(target.scene)
@@ -91,7 +91,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
-        gui.add_html(theme.ON_A_PHONE)
+        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS)
         self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
@@ -140,7 +140,7 @@ class View:
         """Change between the light and the dark theme."""
         self.dark = dark
         gui.configure_theme(
-            show_logo=False, show_share_button=False, brand_color=(34, 90, 130), dark_mode=dark
+            show_logo=False, show_share_button=False, brand_color=theme.BRAND, dark_mode=dark
         )
         self._paint()
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from models import BOREHOLE, borehole_y, ishigami_y
@@ -185,6 +186,49 @@ def welch(x):
     return (y - 0.03 * v[18])[:, None]
 
 
+def curved(x):
+    """H. Dette, A. Pepelyshev (2010), Technometrics 52:421-429: highly curved in some inputs."""
+    a, b, c = x[:, 0], x[:, 1], x[:, 2]
+    y = 4 * (a - 2 + 8 * b - 8 * b**2) ** 2 + (3 - 4 * b) ** 2
+    y = y + 16 * np.sqrt(c + 1) * (2 * c - 1) ** 2
+    sums = np.cumsum(x[:, 2:], axis=1)[:, 1:]
+    return (y + (np.arange(4, 9) * np.log1p(sums)).sum(axis=1))[:, None]
+
+
+def spill(x):
+    """N. Bliznyuk et al. (2008), J. Comput. Graph. Stat. 17:270-294: two spills of a pollutant.
+
+    Scaled concentration at five places and six times; the second spill is at about 30.
+    """
+    mass, diffusion, place, time = (v[:, None, None] for v in x.T)
+    s, t = np.arange(0.5, 2.6, 0.5)[:, None], np.arange(10.0, 61.0, 10.0)
+    first = mass / np.sqrt(diffusion * t) * np.exp(-(s**2) / (4 * diffusion * t))
+    since = np.where(t > time, t - time, np.inf)
+    second = (
+        mass / np.sqrt(diffusion * since) * np.exp(-((s - place) ** 2) / (4 * diffusion * since))
+    )
+    return (first + second).reshape(len(x), -1)
+
+
+def morris(x):
+    """M. D. Morris (1991), Technometrics 33:161-174; (-1)^i and (-1)^(i+j) for its draws."""
+    w = 2.0 * (x - 0.5)
+    w[:, [2, 4, 6]] = 2.0 * (1.1 * x[:, [2, 4, 6]] / (x[:, [2, 4, 6]] + 0.1) - 0.5)
+    sign = (-1.0) ** np.arange(1, 21)
+    one, two = sign.copy(), np.outer(sign, sign)
+    one[:10], two[:6, :6] = 20.0, -15.0
+    y = w @ one + np.einsum("ni,ij,nj->n", w, np.triu(two, 1), w)
+    threes = combinations(range(5), 3)
+    y = y - 10.0 * sum(w[:, i] * w[:, j] * w[:, k] for i, j, k in threes)
+    return (y + 5.0 * w[:, :4].prod(axis=1))[:, None]
+
+
+def waves(x):
+    """R. B. Gramacy, H. K. H. Lee (2009), Technometrics 51:130-145; two inputs have no effect."""
+    y = np.exp(np.sin((0.9 * (x[:, 0] + 0.48)) ** 10))
+    return (y + x[:, 1] * x[:, 2] + x[:, 3])[:, None]
+
+
 def box(*rows: tuple[float, float]) -> FloatArray:
     return np.array(rows, dtype=float)
 
@@ -214,4 +258,8 @@ CASES = [
     Case("quarter car", quarter_car,
          around([300.0, 40.0, 18e3, 180e3, 1200.0, 50.0], 15), 30),
     Case("Welch", welch, box(*[(-0.5, 0.5)] * 20)),
+    Case("Dette-Pepelyshev", curved, box(*[(0, 1)] * 8)),
+    Case("pollutant spill", spill, box((7, 13), (0.02, 0.12), (0.01, 3), (30.01, 30.295)), 30),
+    Case("Morris", morris, box(*[(0, 1)] * 20)),
+    Case("Gramacy-Lee", waves, box(*[(0, 1)] * 6)),
 ]  # fmt: skip

@@ -99,10 +99,8 @@ def test_slider_event_to_plot_message(playing):
         is_ready(client)
         uuid, plot = slider(client), chart(client)
         if not playing:
-            motion = next(
-                u for u, p in client.props.items() if p.get("options") == ["Play", "Pause"]
-            )
-            client.set(motion, "Pause")
+            motion = next(u for u, p in client.props.items() if p.get("label") == "Pause")
+            client.set(motion, True)
         time.sleep(1.0)
         values = np.random.default_rng(0).permutation(np.linspace(-1.2, 0.6, 150)).round(2)
         for value in values:
@@ -230,8 +228,8 @@ def test_mouse_move_to_drawn_curve(small_page):
 def live_bound(client):
     """Pause the motion, follow live, and return the bound's widget."""
     is_ready(client)
-    motion = next(u for u, p in client.props.items() if p.get("options") == ["Play", "Pause"])
-    client.set(motion, "Pause")
+    motion = next(u for u, p in client.props.items() if p.get("label") == "Pause")
+    client.set(motion, True)
     client.set(slider(client, "Live worst case"), True)
     plot = chart(client)
     # The kernels of the exact search come last.

@@ -1,7 +1,7 @@
 """What cannot fit is refused in a line, for every whole number that can be asked for."""
 
 import time
-from typing import get_args, get_type_hints
+from typing import get_args, get_origin, get_type_hints
 
 import pytest
 
@@ -51,6 +51,7 @@ RUNS = {
     "n_samples": "a day's work: the samples are not kept",
     "n_runs": "the same search again",
     "repair_batch": "never more than `repair_models`",
+    "max_runs": "no more than the other options need",
 }
 """Options whose largest value is allowed on a large machine, and why."""
 
@@ -67,8 +68,12 @@ EVERY = [(k, o) for k in (*VERBS, *SEEDS_ONLY) for o in _counts(k) if o.name not
 WHOLE = [(k, o) for k in (*VERBS, *SEEDS_ONLY) for o in options_of(k) if _is_whole(o)]
 
 
+def _is_row(kind):
+    return tuple in map(get_origin, (kind, *get_args(kind)))
+
+
 def _set(one, value):
-    values = {one.name: (value,) if get_args(one.type) else value}
+    values = {one.name: (value,) if _is_row(one.type) else value}
     return values | ({"repair": True} if one.name == "repair_models" else {})
 
 

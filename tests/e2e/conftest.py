@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from kneeviz.jobs.messages import Asked
 from kneeviz.server.app import App
 
 ARGUMENTS = (
@@ -169,7 +170,9 @@ def shared_page(chromium: Any, app: App) -> Iterator[Visitor]:
 def visitor(shared_page: Visitor, app: App) -> Iterator[Visitor]:
     """The page, with the knee at the baseline and the motion paused."""
     page = app.page
-    page.playback.play(False)
+    if page.playback.playing:
+        page.post("play", Asked(None, -1, True))
+    eventually(lambda: not page.playback.playing)
     if not page.state.at_baseline:
         page.post("reset_all")
         eventually(lambda: page.state.at_baseline)

@@ -27,7 +27,7 @@ def main(path: Path) -> None:
                 executable_path=find_browser(), args=list(ARGUMENTS)
             )
             visitor = Visitor(browser, app.url, query="")
-            page.post("play", Asked(None, -1, "Pause"))
+            page.post("play", Asked(None, -1, True))  # it plays from the start
             visitor.tab("Search")
             visitor.press("Worst case (surrogate)")
             visitor.wait_until(lambda: page.overlay and not page.animation.fading, 60)

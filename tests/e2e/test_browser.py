@@ -32,7 +32,8 @@ def true_angles(app):
 
 
 def play(app):
-    app.page.post("play", Asked(None, -1, "Play"))
+    if not app.page.playback.playing:
+        app.page.post("play", Asked(None, -1, True))
     eventually(lambda: app.page.playback.playing)
 
 

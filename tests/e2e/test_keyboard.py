@@ -37,6 +37,7 @@ def test_a_whole_search_without_a_mouse(visitor, app):
 
 
 def test_sliders_numbers_and_pictures_have_names(visitor):
+    visitor.tab("Knee")
     visitor.wait_until(lambda: visitor.page.evaluate(NAMELESS) == [], 10)
     assert visitor.thumb("ACL femur x").get_attribute("aria-label") == "ACL femur x"
     assert visitor.page.evaluate("document.documentElement.lang") == "en"

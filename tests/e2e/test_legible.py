@@ -8,6 +8,32 @@ from kneeviz.views import theme
 SIZES = """() => [...document.querySelectorAll('label, [role=tab], b')]
     .filter(e => e.offsetParent && e.textContent.trim())
     .map(e => e.getBoundingClientRect().height)"""
+PALE = """() => {
+  const rgba = text => [...text.match(/[0-9.]+/g).map(Number), 1].slice(0, 4);
+  const over = (a, b) => [0, 1, 2].map(i => a[i] * a[3] + b[i] * (1 - a[3]));
+  const linear = v => v <= 0.03928 * 255 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4;
+  const light = c => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
+  const found = {};
+  for (const element of document.querySelectorAll('body *:not(style, script, input)')) {
+    const own = [...element.childNodes].filter(node => node.nodeType === 3);
+    const words = own.map(node => node.data).join('').trim();
+    if (!words || !element.offsetParent || element.closest('[data-disabled], :disabled')) continue;
+    const chain = [];
+    for (let e = element; e; e = e.parentElement) chain.unshift(getComputedStyle(e));
+    let ground = [255, 255, 255], opacity = 1;
+    for (const style of chain) {
+      ground = over(rgba(style.backgroundColor), ground);
+      opacity *= Number(style.opacity);
+    }
+    const colour = rgba(chain.at(-1).color);
+    const ink = over([...colour.slice(0, 3), colour[3] * opacity], ground);
+    const [low, high] = [light(ink), light(ground)].sort((a, b) => a - b);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < 4.5) found[words] = contrast;
+  }
+  return found;
+}"""
+"""Every text of less contrast than WCAG wants (AA), by its words; what is shut is left out."""
 
 
 def test_class_size_enlarges_text_and_leaves_the_charts_pointer_right(visitor, app):
@@ -32,3 +58,23 @@ def test_class_size_enlarges_text_and_leaves_the_charts_pointer_right(visitor, a
     finally:
         page.post("large", Asked(None, -1, False))
         visitor.wait_until(lambda: max(visitor.page.evaluate(SIZES)) == pytest.approx(max(desk)))
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_every_text_of_the_page_stands_out_from_its_ground(visitor, app, dark):
+    page = app.page
+    page.post("dark", Asked(None, -1, dark))
+    try:
+        visitor.wait(
+            "dark => (document.documentElement.dataset.mantineColorScheme === 'dark') === dark",
+            dark,
+        )
+        pale = {}
+        for tab in ("Knee", "Search", "Study", "Learn", "View", "Compare", "Curve"):
+            visitor.tab(tab)
+            visitor.page.wait_for_timeout(250)  # colours ease
+            pale |= visitor.page.evaluate(PALE)
+        assert pale == {}
+    finally:
+        page.post("dark", Asked(None, -1, False))
+        visitor.wait("() => document.documentElement.dataset.mantineColorScheme === 'light'")

@@ -20,9 +20,6 @@ from kneecore import (
     worst_case,
     worst_case_slopes,
 )
-from kneecore.box import Box
-from kneecore.numerics.surrogate import Surrogate
-from kneecore.search.inside import Half, is_new, trial
 
 TEETH, LADDER, OFFSET = range(12, 25), (1.0, 2.2, 4.7, 10.0), range(-3, 4)
 
@@ -91,8 +88,9 @@ def test_no_point_is_run_twice():
     run = Gears()
     result = worst_case(gears(run))
     trained = [tuple(x) for x in result.training_x]
-    assert len(set(trained)) == len(trained) == result.counts["models_simulated"] - 1
-    assert run.seen[:-1] == trained  # and the nominal one at the end
+    again = 1 + result.repair.n_checked  # the nominal inputs, and the pair
+    assert len(set(trained)) == len(trained) == result.counts["models_simulated"] - again
+    assert run.seen[:-again] == trained
 
 
 def test_where_there_are_few_combinations_all_are_run():
@@ -148,17 +146,23 @@ def test_a_slice_has_the_allowed_values():
         type(found).from_json(json.dumps(wrong))
 
 
-def test_a_trial_goes_further_where_all_near_values_are_known():
-    box = Box([Input("n", lower=0, upper=9, integer=True), Input("m", choices=(1, 2))])
-    known = np.array(list(itertools.product((0.0, 1.0), (0.0, 1.0))) + [[4.0 / 9.0, 0.0]])
-    surrogate = Surrogate.fit(known, known)
-    half = Half(np.array([1.0, 1.0]), width=1e-3)
-    rng = np.random.default_rng(0)
-    chosen = trial(surrogate, half, known[0], known, rng, box)
-    assert is_new(chosen, known)
-    np.testing.assert_array_equal(box.snapped(chosen), chosen)
-    everything = np.array(list(itertools.product(np.arange(10) / 9.0, (0.0, 1.0))))
-    assert trial(surrogate, half, known[0], everything, rng, box) is None
+def test_a_search_ends_when_all_values_are_known():
+    seen = []
+
+    def run(x):
+        seen.append(tuple(x))
+        return np.sin(40.0 * x).sum()
+
+    model = Model(
+        run,
+        [Input("n", lower=0, upper=9, integer=True), Input("m", choices=(1, 2))],
+        [Output("y")],
+    )
+    found = worst_case(model, SearchSettings(training_samples=6, repair_models=40))
+    assert len(found.training_x) == 20  # and none of them twice
+    assert len({tuple(x) for x in found.training_x.tolist()}) == 20
+    assert found.verdict.word == "trusted"
+    assert found.objective_model == pytest.approx(np.ptp(found.training_y))
 
 
 def test_slopes_go_from_one_value_to_the_next():

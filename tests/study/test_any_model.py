@@ -257,7 +257,9 @@ class TestBorehole:
         )
         assert sweep.rank_f[0, 0] == alone.rank_f
         assert sweep.rms_error[0, 0] == pytest.approx(alone.rms_error[0])
-        search = SearchSettings(method="exact", search_space="surrogate", training_samples=40)
+        search = SearchSettings(
+            method="exact", search_space="surrogate", training_samples=40, repair=False
+        )
         worst = kneecore.worst_case(borehole(), search)
         assert sweep.objective_model[0, 0] == worst.objective_model
         assert sweep.gap_percent[0, 0] == pytest.approx(worst.gap_percent)

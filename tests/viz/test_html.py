@@ -64,6 +64,16 @@ def test_a_surrogates_objective_comes_with_the_true_models(result):
     assert "gap" in text
 
 
+@pytest.mark.parametrize(("gap", "warned"), [(9.9, False), (10.1, True), (75.0, True)])
+def test_a_wide_gap_is_warned_about_in_words(gap, warned):
+    found = SimpleNamespace(
+        objective_surrogate=400.0, objective_model=300.0, gap_percent=gap, model=Knee()
+    )
+    told = text_of(objective_line(found))
+    assert "angles between the two summed over the loads" in told
+    assert ("not to be trusted" in told) == warned
+
+
 def test_an_objective_that_the_model_denies_is_not_hidden():
     failed = SimpleNamespace(
         objective_surrogate=400.0, objective_model=None, gap_percent=None, model=Knee()

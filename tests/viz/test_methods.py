@@ -45,7 +45,7 @@ def test_the_axes_hold_every_point_and_name_their_units(found):
         assert 40 <= x <= 354
         assert 8 <= y <= 166
     assert "True models run (log scale)" in svg
-    assert "Best f (deg)" in svg
+    assert "Best f (°)" in svg
     assert ">10,000<" in svg
 
 

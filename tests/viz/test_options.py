@@ -50,17 +50,18 @@ def test_a_widget_says_what_the_option_says(page):
 def test_what_is_not_touched_is_the_settings_default(page):
     knee = Knee(threads=1)
     settings = page.view.search.settings(knee, "surrogate")
-    assert settings == SearchSettings(search_space="surrogate")
+    assert settings.of(knee) == SearchSettings(search_space="surrogate").of(knee)
 
 
 @pytest.mark.parametrize("one", ON_THE_PAGE, ids=lambda one: one.name)
 def test_a_widget_is_of_its_option_s_kind_and_at_its_default(tab, one):
     handle = tab.options.handles[one.name]
-    assert tab.options.value(one.name) == one.default
+    usual = SearchSettings().of(Knee())
+    assert tab.options.value(one.name) == getattr(usual, one.name)
     kind = viser.GuiNumberHandle
     if one.choices or one.name == "objective":
         kind = viser.GuiDropdownHandle
-    elif isinstance(one.default, bool):
+    elif isinstance(one.default, bool) or one.open_flag:
         kind = viser.GuiCheckboxHandle
     assert isinstance(handle, kind)
     if one.choices:
@@ -90,9 +91,11 @@ def test_what_a_search_has_none_of_is_left_out_and_shut(tab):
     tab.show_method()
     assert [n for n, h in handles.items() if h.disabled] == ["pop_size", "n_generations"]
     exact = SearchSettings(method="exact", search_space="model", objective="flexion", seed=7)
-    assert tab.settings(Knee(), "model") == replace(exact, thorough=True, bound=True)
-    repaired = replace(exact, search_space="surrogate", repair=True)
-    assert tab.settings(Knee(), "surrogate") == repaired
+    knee = Knee()
+    wanted = replace(exact, thorough=True, bound=True).of(knee)
+    assert tab.settings(knee, "model").of(knee) == wanted
+    repaired = replace(exact, search_space="surrogate", repair=True).of(knee)
+    assert tab.settings(knee, "surrogate").of(knee) == repaired
     handles["method"].value = "Genetic"
     tab.show_method()
     assert [n for n, h in handles.items() if h.disabled] == ["thorough", "bound"]

@@ -7,7 +7,17 @@ import time
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.visits import current_curve, curve, height, pause, press, shows, wait_for_result, widget
+from viz.visits import (
+    current_curve,
+    curve,
+    height,
+    pause,
+    play,
+    press,
+    shows,
+    wait_for_result,
+    widget,
+)
 from viz.websocket_client import WebSocketClient
 
 import kneecore
@@ -213,8 +223,7 @@ class TestBounds:
 
 class TestMotion:
     def test_it_moves_at_thirty_frames_a_second(self, page, visitor):
-        press(visitor, page.view.transport.play, "Play")
-        eventually(lambda: page.playback.playing)
+        play(visitor, page)
         time.sleep(0.2)
         before = visitor.counts["SetOrientationMessage"]
         time.sleep(2.0)
@@ -225,8 +234,7 @@ class TestMotion:
     def test_its_pace_is_that_of_the_clock(self, page, visitor):
         pause(visitor, page)
         page.playback.set_share(0.5)
-        press(visitor, page.view.transport.play, "Play")
-        eventually(lambda: page.playback.playing)
+        play(visitor, page)
         start, phase = time.monotonic(), page.playback.phase
         time.sleep(1.0)
         passed = (page.playback.phase - phase) * SWEEP_SECONDS
@@ -234,8 +242,7 @@ class TestMotion:
         pause(visitor, page)
 
     def test_dragging_the_position_pauses_and_goes_there(self, page, visitor):
-        press(visitor, page.view.transport.play, "Play")
-        eventually(lambda: page.playback.playing)
+        play(visitor, page)
         visitor.set(widget(page.view.transport.position), 100.0)
         eventually(lambda: not page.playback.playing)
         visitor.wait(lambda c: "119.0°" in c.props[widget(page.view.transport.readout)]["content"])

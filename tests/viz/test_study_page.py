@@ -239,7 +239,7 @@ class TestAccuracy:
         found = page.study.accuracy
         assert found.settings.within == 4.0
         assert found.stated[0] == pytest.approx(0.4)
-        visitor.wait(lambda c: "Every knee extends to within 4 deg" in text(c, study.accuracy))
+        visitor.wait(lambda c: "Every knee extends to within 4°" in text(c, study.accuracy))
         shown = text(visitor, study.accuracy)
         assert shown.count("<title>") == len(found.names)
         assert "10 % wider alone" in shown
@@ -394,6 +394,8 @@ def test_the_paper_claim_by_claim(page, visitor, study):
     words = ["statements that were not fitted hold", "agree, ", "cannot be compared"]
     visitor.wait(lambda c: all(w in text(c, study.judged) for w in words))
     made = page.study.paper
+    told = text(visitor, study.judged)
+    assert len(made.claims) == told.count("Here:") > 10
     page = download(visitor, study.files["paper.html"], "paper.html", len(made.page))
     assert page == made.page
     assert page.rstrip().endswith(b"</html>")

@@ -50,6 +50,13 @@ def wait_for_result(page, timeout=60.0):
     eventually(lambda: page.search.job is None and page.state.result is not None, timeout)
 
 
+def play(visitor, page):
+    if not page.playback.playing:
+        press(visitor, page.view.transport.play)
+    eventually(lambda: page.playback.playing)
+
+
 def pause(visitor, page):
-    press(visitor, page.view.transport.play, "Pause")
+    if page.playback.playing:
+        press(visitor, page.view.transport.play)
     eventually(lambda: not page.playback.playing)

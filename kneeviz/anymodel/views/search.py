@@ -50,11 +50,11 @@ class SearchTab:
                 "Counts", choices, visible=len(choices) > 1, hint=told["objective"]
             )
             self.first = gui.add_number(
-                "First runs", usual.training_samples, min=low, max=_MOST_RUNS, step=1,
+                "First runs", usual.n_training, min=low, max=_MOST_RUNS, step=1,
                 visible=bool(usual.repair), hint=told["training_samples"],
             )  # fmt: skip
             self.more = gui.add_number(
-                "More runs", usual.repair_models, min=2, max=_MOST_RUNS, step=1,
+                "More runs", usual.n_repair or 2, min=2, max=_MOST_RUNS, step=1,
                 visible=bool(usual.repair), hint=told["repair_models"],
             )  # fmt: skip
             self.seed = gui.add_number(

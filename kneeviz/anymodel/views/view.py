@@ -59,7 +59,7 @@ class ModelView:
         gui.configure_theme(
             show_logo=False,
             show_share_button=False,
-            brand_color=(34, 90, 130),
+            brand_color=theme.BRAND,
             dark_mode=self.dark,
         )
 
@@ -69,6 +69,7 @@ class ModelView:
         return theme.palette(self.dark)
 
     def _add_left(self, gui: Any, post: Post, state: ModelState) -> None:
+        gui.add_html(theme.VISER_TEXTS)
         self.left = gui.add_panel()
         with self.left.add_tab("Outputs"):
             self.legend = gui.add_html("")

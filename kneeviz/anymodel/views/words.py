@@ -13,7 +13,7 @@ from kneeviz.anymodel.state import ModelState
 from kneeviz.geometry.picture import Picture
 from kneeviz.views import theme
 from kneeviz.views.html.influence import bars, caption
-from kneeviz.views.html.pieces import box, coloured, command_line, escape, faint, table
+from kneeviz.views.html.pieces import box, coloured, command_line, escape, faint, plain, table
 from kneeviz.views.html.strips import strip
 
 FloatArray = NDArray[np.float64]
@@ -154,7 +154,7 @@ def cost(state: ModelState, n_runs: Mapping[str, int]) -> str:
 
 def found(result: SearchResult, *, same_bounds: bool) -> str:
     """Return what a search found, and how far it is to be trusted."""
-    lines = [f"<b>{escape(result.summary())}</b>", objective_line(result)]
+    lines = [f"<b>{plain(result.summary())}</b>", objective_line(result)]
     if not same_bounds:
         lines.insert(0, "<b>The bounds of this result are others than this page\u2019s.</b>")
     if result.verdict is not None:
@@ -229,7 +229,7 @@ def sampled(study: MonteCarloResult) -> str:
         f"{study.settings.sampling}, seed {study.settings.seed}: "
         f"<b>{study.n_failed:,} failed</b>."
     )
-    return box(f"{escape(study.summary())}<br>{faint(note)}")
+    return box(f"{plain(study.summary())}<br>{faint(note)}")
 
 
 def comparison(state: ModelState, colours: theme.Palette) -> str:

@@ -62,7 +62,7 @@ class AngleChart:
 
     def _axes(self) -> tuple[dict[str, Any], ...]:
         c = self._colours
-        below = "Knee angle (deg)" if self._with_angle_label else ""
+        below = "Knee angle (°)" if self._with_angle_label else ""
         bottom = axis_style(below, side=2, scale="x", size=24, colours=c)
         if not below:
             bottom["labelSize"] = 0

@@ -69,7 +69,7 @@ class CurveChart:
         c = self._colours
         return (
             axis_style("External moment (N·m)", side=3, scale="x", size=32, colours=c),
-            axis_style("Knee angle (deg), flexion positive", side=2, scale="y", size=30, colours=c),
+            axis_style("Knee angle (°), flexion positive", side=2, scale="y", size=30, colours=c),
         )
 
     def repaint(self, colours: theme.Palette) -> None:

@@ -26,16 +26,19 @@ def knee_lines(colours: theme.Palette) -> list[dict[str, Any]]:
 
 
 def dots(colours: theme.Palette) -> list[dict[str, Any]]:
-    """Return the dots that mark the poses on screen."""
-    hues = (colours.current, colours.model_1, colours.model_2)
-    return [
-        {
-            "stroke": hue,
-            "width": 0,
-            "points": {"show": True, "size": 10 * colours.size, "fill": hue, "space": 0},
-        }
-        for hue in hues
-    ]
+    """Return what marks the poses on screen: a ring, a dot within it and a dot within that.
+
+    So they are told apart where they coincide.
+    """
+    ring = _mark(colours.current, 15 * colours.size, 2.5 * colours.size, "rgba(0,0,0,0)")
+    one = _mark(colours.model_1, 10 * colours.size, 0, colours.model_1)
+    two = _mark(colours.model_2, 6 * colours.size, 0, colours.model_2)
+    return [ring, one, two]
+
+
+def _mark(hue: str, size: float, rim: float, fill: str) -> dict[str, Any]:
+    points = {"show": True, "size": size, "width": rim, "stroke": hue, "fill": fill, "space": 0}
+    return {"stroke": hue, "width": 0, "points": points}
 
 
 def axis_style(

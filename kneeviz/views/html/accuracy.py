@@ -7,7 +7,7 @@ from kneecore.knee.parameters import STRUCTURE
 from kneecore.report.accuracy_allocation import checks, summary
 from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
-from kneeviz.views.html.pieces import box, escape, faint, number
+from kneeviz.views.html.pieces import box, escape, faint, number, plain
 from kneeviz.views.html.svg import LABELS, ROW, WIDTH, drawing, rect, text
 
 _GROUP_OF = {row[0]: row[1] for row in STRUCTURE}
@@ -16,14 +16,14 @@ _VALUES = 62.0  # width of the column of tolerances
 
 def tolerances(found: AccuracyAllocation, colours: theme.Palette) -> str:
     """Return the answer in words and as bars, the tightest first."""
-    head = f"<b>{escape(summary(found, called=parameter_label))}</b>"
+    head = f"<b>{plain(summary(found, called=parameter_label))}</b>"
     if found.factors is None:
         return box(head)
     cost = (
         "Pale: as stated (the bounds of the tab “Knee”); thin grey: one tolerance for all; "
         "coloured: the cheapest, where half the tolerance costs twice as much. "
     )
-    foot = cost + " ".join(escape(one) for one in checks(found))
+    foot = cost + " ".join(plain(one) for one in checks(found))
     return box(head + bars(found, colours) + faint(foot))
 
 

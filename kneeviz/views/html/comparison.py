@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kneecore import NAMES, Parameter, ParameterSpace, parameter_table
 from kneecore.knee.parameters import display_values, widened
-from kneeviz.views.html.labels import parameter_label
+from kneeviz.views.html.labels import parameter_label, unit_of
 from kneeviz.views.html.pieces import box, coloured, escape, faint, number
 from kneeviz.views.html.strips import strip
 
@@ -53,7 +53,7 @@ def _row(
 ) -> str:
     """Return one parameter's strip; an entry is a colour, a place between 0 and 1, and a value."""
     digits = 3 if row.unit == "-" else precision
-    unit = "" if row.unit == "-" else f" {row.unit}"
+    unit = unit_of(row.name)
     return strip(
         f"{parameter_label(row.name)}{faint(unit)}",
         f"{escape(row.meaning)}: {bounds}{unit}",

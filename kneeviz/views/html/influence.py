@@ -234,7 +234,8 @@ def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:
         parts.append("</g>")
     words = (
         f"Change of the angle at {MOMENT[load]:+g} N·m for one half-range more of each parameter, "
-        f'at <b style="color:{colours.model_1}">model 1</b> and <b style="color:'
-        f'{colours.model_2}">model 2</b>; the longest bar is {pieces.number(end, 1)}°.'
+        f"at {pieces.coloured('model 1', colours.model_1)} and "
+        f"{pieces.coloured('model 2', colours.model_2)}; "
+        f"the longest bar is {pieces.number(end, 1)}°."
     )
     return f"<div>{words}</div>" + drawing(bottom + 2.0, "".join(parts))

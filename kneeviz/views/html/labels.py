@@ -6,7 +6,7 @@ from kneecore import LIGAMENTS, MOMENT, READINGS
 from kneecore.knee.parameters import STRUCTURE
 from kneecore.knee.readings import DEFICIT
 
-_UNITS = {row[0]: row[3].replace("^2", "²") for row in STRUCTURE}
+_UNITS = {row[0]: row[3].replace("^2", "²").replace("deg", "°") for row in STRUCTURE}
 
 
 def parameter_label(name: str) -> str:
@@ -26,6 +26,14 @@ def moment_words(moment: float) -> str:
     if abs(moment) < 5e-3:
         return "no load"
     return "extending" if moment > 0.0 else "flexing"
+
+
+def unit_of(name: str) -> str:
+    """Return a parameter's unit as it stands behind its number, with the gap; nothing for none."""
+    unit = _UNITS[name]
+    if unit == "-":
+        return ""
+    return unit if unit == "°" else f" {unit}"
 
 
 def with_unit(name: str) -> str:
@@ -56,5 +64,5 @@ HEIGHTS = {_reading_label(name): name for name in READINGS}
 def height_title(name: str) -> str:
     """Return the upright axis's title for one of kneecore's readings."""
     if name == DEFICIT:
-        return "Extension deficit (deg)"
-    return f"Knee angle at {load_label(float(name[:-4])).split(',')[0]} (deg)"
+        return "Extension deficit (°)"
+    return f"Knee angle at {load_label(float(name[:-4])).split(',')[0]} (°)"

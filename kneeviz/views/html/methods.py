@@ -73,7 +73,7 @@ def _grid(axes: _Axes, colours: theme.Palette) -> str:
     middle = 0.5 * (_LEFT + right)
     parts.append(_label(middle, _HEIGHT - 8, "True models run (log scale)", "middle"))
     turned = f'transform="rotate(-90 9 {0.5 * bottom:.0f})"'
-    parts.append(_label(9, 0.5 * bottom, "Best f (deg)", "middle", turned))
+    parts.append(_label(9, 0.5 * bottom, "Best f (°)", "middle", turned))
     return "".join(parts)
 
 
@@ -111,7 +111,7 @@ def table(traces: Sequence[MethodTrace], colours: theme.Palette) -> str:
     rows = []
     for trace in traces:
         name, short = trace.method, trace.shortfall_percent(best)
-        label = f'<span style="color:{_hue(name, colours)};font-weight:600">{_NAMES[name]}</span>'
+        label = pieces.coloured(_NAMES[name], _hue(name, colours))
         if short is None:
             rows.append((label, *["\u2013"] * 4))
             continue

@@ -4,9 +4,12 @@ Text that a visitor brought along (titles, file names, messages about them) is e
 """
 
 import html
+import re
 from collections.abc import Sequence
 
 import numpy as np
+
+from kneeviz.views import theme
 
 _BOX = "font-size:12.5px;line-height:1.45;padding:2px 14px 4px 14px"
 
@@ -24,6 +27,12 @@ def faint(text: str) -> str:
 def escape(text: str) -> str:
     """Return foreign text that no browser takes for markup."""
     return html.escape(str(text), quote=True)
+
+
+def plain(words: str) -> str:
+    """Return a report's words, escaped, with numbers and units as `number` writes them."""
+    words = re.sub(r"(?<![\w.])-(?=\d)", "\u2212", words)
+    return escape(re.sub(r" deg\b", "°", words).replace("N m", "N·m"))
 
 
 def sentence(text: str) -> str:
@@ -76,9 +85,9 @@ def _side(column: int) -> str:
     return "left" if column == 0 else "right"
 
 
-def coloured(text: str, colour: str) -> str:
-    """Return text in a colour."""
-    return f'<span style="color:{colour};font-weight:600">{text}</span>'
+def coloured(text: str, hue: str) -> str:
+    """Return text in a hue, as dark or as light as it must be to be read."""
+    return f'<span style="color:{theme.ink(hue)};font-weight:600">{text}</span>'
 
 
 def command_line(command: str) -> str:

@@ -36,7 +36,7 @@ def _tension_bar(index: int, tension: float, colours: theme.Palette) -> str:
     label, width = theme.LIGAMENT_LABELS[index], 100.0 * min(tension / 300.0, 1.0)
     return (
         f'<div style="display:flex;align-items:center;gap:6px">'
-        f'<span style="width:27px;font-weight:600;color:{hue}">{label}</span>'
+        f'<span style="width:27px;font-weight:600;color:{theme.ink(hue)}">{label}</span>'
         f'<span style="flex:1;height:6px;border-radius:3px;background:{colours.rule}">'
         f'<span style="display:block;height:6px;border-radius:3px;width:{width:.0f}%;'
         f'background:{hue}"></span></span>'

@@ -11,7 +11,9 @@ from kneeviz.views.html.labels import parameter_label
 from kneeviz.views.html.marks import signs
 from kneeviz.views.html.pieces import coloured, faint, number, table
 
-_F = '<span title="The angles between the two models, summed over the loads that count">f</span>'
+WIDE_GAP = 10.0
+"""Per cent between a surrogate's f and the true model's, from where on it is warned about."""
+_F = "f, the angles between the two summed over the loads"
 
 
 def _sides(result: SearchResult) -> NDArray[np.int8]:
@@ -48,16 +50,26 @@ def _marked(response: Response, k: int) -> str:
 
 
 def objective_line(result: SearchResult) -> str:
-    """Return f with the true model's value beside the surrogate's, never one without the other."""
+    """Return what f is, the true model's beside the surrogate's: never one without the other."""
     model = result.objective_model
     true = "not known (the model failed there)" if model is None else number(model, 0, "°")
     rest = " at rest" if results.solver(result) == "equilibrium" else ""
     if result.objective_surrogate is None:
         return f"{_F} = <b>{true}</b>, searched in the true model{rest}."
-    gap = "" if result.gap_percent is None else f" (gap {number(result.gap_percent, 1)} %)"
+    gap = "" if result.gap_percent is None else f" (gap {number(result.gap_percent, 1, '%')})"
     return (
         f"{_F}: surrogate {number(result.objective_surrogate, 0, '°')}, "
-        f"true model{rest} <b>{true}</b>{gap}."
+        f"true model{rest} <b>{true}</b>{gap}.{_warning(result.gap_percent)}"
+    )
+
+
+def _warning(gap_percent: float | None) -> str:
+    """Return what a wide gap means, in words."""
+    if gap_percent is None or gap_percent <= WIDE_GAP:
+        return ""
+    return (
+        " <b>The surrogate is not to be trusted here:</b> go by the true model's value, "
+        "or search with exact gradients or “Repair”."
     )
 
 

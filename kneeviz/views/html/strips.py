@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from kneeviz.views import theme
+
 __all__ = ["strip"]
 
 
@@ -18,7 +20,9 @@ def strip(label: str, title: str, entries: Sequence[tuple[str, float, str]]) -> 
         The dots; all but the first also with their values at the right.
     """
     dots = "".join(_dot(colour, place) for colour, place, _ in entries)
-    values = " ".join(f'<span style="color:{hue}">{value}</span>' for hue, _, value in entries[1:])
+    values = " ".join(
+        f'<span style="color:{theme.ink(hue)}">{value}</span>' for hue, _, value in entries[1:]
+    )
     return (
         f'<div style="display:flex;align-items:center;gap:6px;height:17px" title="{title}">'
         f'<span style="width:122px;white-space:nowrap;overflow:hidden">{label}</span>'

@@ -15,7 +15,7 @@ from kneeviz.geometry.mechanism import (
     quaternion,
 )
 from kneeviz.views import theme
-from kneeviz.views.scene.labels import label_spots
+from kneeviz.views.scene.labels import label_box, label_spots, leaders
 from kneeviz.views.scene.nodes import (
     FLAT,
     LAYER,
@@ -31,7 +31,9 @@ FloatArray = NDArray[np.float64]
 
 FULL_TENSION = 300.0
 """N; at it a ligament has its full width."""
-_PLATEAU_WIDTH, _CIRCLE_WIDTH = 2.0, 1.5
+_PLATEAU_WIDTH, _CIRCLE_WIDTH, _LEADER_WIDTH = 2.0, 1.5, 1.2
+_IN_FRONT = 30
+"""Layer of the visitor's ligaments, before both overlays."""
 
 
 def ligament_width(tension: float) -> float:
@@ -70,6 +72,7 @@ class Body:
             for label in theme.LIGAMENT_LABELS
         ]
         self._labels: list[viser.LabelHandle] = []
+        self._leaders: list[viser.LineSegmentsHandle] = []
         self._drawn_x: FloatArray | None = None
         self.visible = True
 
@@ -85,13 +88,23 @@ class Body:
             )
             for label in theme.LIGAMENT_LABELS
         ]
+        self._leaders = [
+            add_line(
+                self._scene,
+                f"/{self._name}/leader_{label}",
+                np.zeros((1, 2, 2)),
+                0.0,
+                _LEADER_WIDTH,
+            )
+            for label in theme.LIGAMENT_LABELS
+        ]
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide everything of this knee."""
         if visible == self.visible:
             return
         self.visible = visible
-        for handle in (self.frame, *self._own, *self._labels):
+        for handle in (self.frame, *self._own, *self._labels, *self._leaders):
             handle.visible = visible
 
     def paint(self, colours: theme.Palette, spatial: bool, share: float = 1.0) -> None:
@@ -113,6 +126,8 @@ class Body:
         self._circle.thickness = _CIRCLE_WIDTH * colours.size
         for label in self._labels:
             label.font_screen_scale = colours.size
+        for leader in self._leaders:
+            leader.thickness = _LEADER_WIDTH * colours.size
         if ghost is not None:
             for ligament in self._ligaments:
                 ligament.colors = line
@@ -127,8 +142,9 @@ class Body:
             self._plateau.points = lift(plateau_line(x)[None], z + 6 * LAYER)
             self._circle.points = lift(circle(x), z + 6 * LAYER)
         segments = ligament_segments(x, pose)
+        base = (_IN_FRONT if self._ghost is None else self._layer + 12) * LAYER
         for i in range(len(self._ligaments)):
-            depth = LIGAMENT_DEPTH[i] if spatial else z + (12 - 2 * (i // 2) - i % 2) * LAYER
+            depth = LIGAMENT_DEPTH[i] if spatial else base - (2 * (i // 2) + i % 2) * LAYER
             points = lift(segments[i : i + 1], depth)
             self._draw_ligament(i, points, float(pose.tension[i]), colours)
 
@@ -144,12 +160,18 @@ class Body:
             handle.visible = self.visible and tension >= TAUT_TENSION
         handle.thickness = width
 
-    def place_labels(self, x: FloatArray, pose: Pose, spatial: bool, forces: bool) -> None:
+    def place_labels(
+        self, x: FloatArray, pose: Pose, colours: theme.Palette, spatial: bool, forces: bool
+    ) -> None:
         """Write the ligaments' names, on demand with their tension, beside them."""
         segments = ligament_segments(x, pose)
-        spots = label_spots(segments)
+        spots = label_spots(segments, label_box(forces=forces, size=colours.size))
+        lines = leaders(spots, segments)
         for i, handle in enumerate(self._labels):
             name, tension = theme.LIGAMENT_LABELS[i], float(pose.tension[i])
             handle.text = f"{name} {tension:.0f} N" if forces else name
             depth = LIGAMENT_DEPTH[i] if spatial else 0.006
             handle.position = (float(spots[i, 0]), float(spots[i, 1]), depth)
+            leader = self._leaders[i]
+            leader.points = lift(lines[i : i + 1], depth if spatial else (_IN_FRONT - 6) * LAYER)
+            leader.colors = theme.handle_colour(ligament_colour(i, tension, colours.slack))

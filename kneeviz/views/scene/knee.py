@@ -114,7 +114,7 @@ class KneeScene:
     def draw(self, x: FloatArray, pose: Pose) -> None:
         """Draw the visitor's knee with its contact."""
         self.own.draw(x, pose, self._colours, self.spatial)
-        self.own.place_labels(x, pose, self.spatial, self.forces)
+        self.own.place_labels(x, pose, self._colours, self.spatial, self.forces)
         touching = pose.contact_force > 0.05
         self._spot.visible = self._arrow.visible = touching
         if touching:

@@ -5,17 +5,35 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-_LABEL_BOX = (0.034, 0.0125)  # m, a label's room in the flat view
+_NAME, _WITH_FORCE = (0.015, 0.010), (0.034, 0.010)
+_GAP = 0.004  # m between a ligament and its label
+_SHARE = np.array([0.15, 0.75, 0.62, 0.85])
+"""Where the labels stand, of the way from femur to tibia."""
+_SIDE = np.array([1.0, -1.0, 1.0, -1.0])
+"""Anterior of the ligament or behind it."""
 
 
-def label_spots(segments: FloatArray) -> FloatArray:
-    """Return places for the four names: off their ligaments, away from each other."""
-    share = np.array([0.15, 0.85, 0.62, 0.70])  # of the way from femur to tibia
+def label_box(*, forces: bool, size: float = 1.0) -> tuple[float, float]:
+    """Return a label's width and height in the flat view, m; `size` is the theme's."""
+    width, height = _WITH_FORCE if forces else _NAME
+    return size * width, size * height
+
+
+def label_spots(segments: FloatArray, box: tuple[float, float]) -> FloatArray:
+    """Return places for the four names: close to their ligaments, away from each other."""
     along = segments[:, 1] - segments[:, 0]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)  # anterior of the ligament
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    offset = np.array([0.020, -0.022, 0.020, -0.024])[:, None] * across
-    return spread_labels(segments[:, 0] + share[:, None] * along + offset, _LABEL_BOX)
+    away = _SIDE * (_GAP + 0.5 * np.abs(across) @ np.array(box))
+    return spread_labels(segments[:, 0] + _SHARE[:, None] * along + away[:, None] * across, box)
+
+
+def leaders(spots: FloatArray, segments: FloatArray) -> FloatArray:
+    """Return lines from the labels to what they name, shape (4, 2, 2)."""
+    along = segments[:, 1] - segments[:, 0]
+    share = ((spots - segments[:, 0]) * along).sum(axis=1) / (along**2).sum(axis=1)
+    nearest = segments[:, 0] + np.clip(share, 0.0, 1.0)[:, None] * along
+    return np.stack([spots, nearest], axis=1)
 
 
 def spread_labels(anchors: FloatArray, size: tuple[float, float], rounds: int = 60) -> FloatArray:

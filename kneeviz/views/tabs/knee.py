@@ -23,7 +23,7 @@ _BOUNDS = {
         "Half-range of every coordinate and of the radius.",
     ),
     "slope_deg": (
-        "Slope, deg",
+        "Slope, °",
         10.0,
         0.1,
         "Half-range of the plateau's slope. The paper lists none for it.",

@@ -60,8 +60,8 @@ class OptionWidgets:
             handle = gui.add_dropdown(look.label, tuple(words.values()), hint=one.help)
             by_word = {word: value for value, word in words.items()}
             self._values[one.name] = lambda: by_word[handle.value]
-        elif isinstance(one.default, bool):
-            handle = gui.add_checkbox(look.label, one.default, hint=one.help)
+        elif isinstance(one.default, bool) or one.open_flag:
+            handle = gui.add_checkbox(look.label, bool(one.default), hint=one.help)
             self._values[one.name] = lambda: bool(handle.value)
         else:
             handle = gui.add_number(

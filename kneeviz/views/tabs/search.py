@@ -16,6 +16,7 @@ NOT_HERE = {
     "repair_gap_percent": "its default is what the page promises",
     "repair_models": "its default is what the page promises",
     "repair_batch": "knees are repaired one by one",
+    "max_runs": "a run of a knee costs next to nothing",
     "n_runs": "the page shows one run",
     "weights": "twelve numbers: the loads are chosen in words",
     "options": "the genetic algorithm's constants, for the command line",
@@ -69,9 +70,10 @@ class SearchTab:
             color="gray",
             hint="Every candidate is simulated: seconds to a minute; with exact gradients at once.",
         )
+        # It stays, so that nothing else slides under the pointer that has pressed it.
+        self.cancel = gui.add_button("Cancel the search", color="red", disabled=True)
         self.progress = gui.add_progress_bar(0.0, visible=False)
         self.rising = gui.add_html("", visible=False)
-        self.cancel = gui.add_button("Cancel the search", color="red", visible=False)
 
     def _add_found(self, gui: Any) -> None:
         self.found = gui.add_html("")
@@ -134,7 +136,8 @@ class SearchTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
         self.surrogate.disabled = self.model.disabled = running
-        self.progress.visible = self.rising.visible = self.cancel.visible = running
+        self.cancel.disabled = not running
+        self.progress.visible = self.rising.visible = running
         if running:
             self.progress.value = 0.0
             self.rising.content = ""

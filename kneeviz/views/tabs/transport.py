@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 from typing import Any
 
+import viser
+
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import status
 from kneeviz.views.tabs.events import on_press, on_value
 
+PLAY, PAUSE = "Play", "Pause"
 UNDO, REDO, START_OVER = "Undo", "Redo", "Start over"
 
 
@@ -21,19 +24,27 @@ class Transport:
     view: Any
     change: Any
 
+    def show_playing(self, playing: bool) -> None:
+        """Let the one button say what it would do, which also tells what is so now."""
+        label = PAUSE if playing else PLAY
+        if self.play.label != label:
+            self.play.label = label
+            self.play.icon = viser.Icon.PLAYER_PAUSE if playing else viser.Icon.PLAYER_PLAY
+
 
 def add_transport(gui: Any, post: Post) -> Transport:
     """Build what stands above the tabs."""
     readout = gui.add_html("")
-    play = gui.add_button_group("Motion", ("Play", "Pause"))
+    play = gui.add_button(PAUSE, icon=viser.Icon.PLAYER_PAUSE)
     position = gui.add_slider(
-        "Position",
+        "Position (%)",
         min=0.0,
         max=100.0,
         step=0.1,
         initial_value=0.0,
         marks=((0.0, "straight"), (100.0, "bent")),
-        hint="Through the loads: from +5 N·m (extension) to -5 N·m (flexion). In time: 0 to 23 s.",
+        hint="Through the loads: from +5 N·m (extension) to \u22125 N·m (flexion). "
+        "In time: 0 to 23 s.",
     )
     view = gui.add_button_group("View", ("2D", "3D", "Reset"))
     change = gui.add_button_group(
