@@ -95,9 +95,9 @@ class SearchSettings:
 
     def __post_init__(self) -> None:
         check_choices(self)
-        counts = ("training_samples", "pop_size", "n_generations", "n_runs")
-        for name in (*counts, "repair_models", "repair_batch", "max_runs"):
-            if getattr(self, name) is not None:
+        left_open = ("training_samples", "repair_models", "max_runs")
+        for name in ("pop_size", "n_generations", "n_runs", "repair_batch", *left_open):
+            if name not in left_open or getattr(self, name) is not None:
                 object.__setattr__(self, name, check_count(name, getattr(self, name)))
         object.__setattr__(self, "seed", check_seed(self.seed))
         object.__setattr__(self, "weights", _checked_weights(self.weights))

@@ -19,6 +19,7 @@ from kneecore._arrays import numbers
 from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling import batches
+from kneecore.numerics.sampling_options import check_count
 from kneecore.numerics.surrogate import Surrogate
 from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.search.arguments import check_model, checked
@@ -175,7 +176,8 @@ def fit_surrogate(
     ParameterError, ModelError
         If there are too few samples, or too many of them failed.
     """
-    settings = checked(model, SearchSettings(training_samples=n_samples, seed=seed), callback)
+    n = check_count("n_samples", n_samples)
+    settings = checked(model, SearchSettings(training_samples=n, seed=seed), callback)
     return TrainedSurrogate(model=model, training=train(UnitModel(model), settings, callback))
 
 
