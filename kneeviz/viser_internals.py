@@ -8,11 +8,10 @@ with the server have no public call either. What passes on the wire is another m
 How news go out to many is `kneeviz.viser_broadcast`; no third module touches such parts.
 """
 
-import json
 import math
 import time
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -67,11 +66,16 @@ _WHEN_READY = """(() => {{
 }})();"""
 
 
+def run_script(client: viser.ClientHandle, source: str) -> None:
+    """Let this client's page run a script."""
+    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
+
+
 def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
     """Let the mouse only pan and zoom in this client (locked), or orbit as well (free)."""
     body = _FLAT_CAMERA if locked else _FREE_CAMERA
     source = _WHEN_READY.format(token=1 if locked else 2, body=body)
-    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
+    run_script(client, source)
 
 
 def fold_panel(client: viser.ClientHandle, panel: Any, folded: bool, number: int) -> None:
@@ -83,83 +87,6 @@ def fold_panel(client: viser.ClientHandle, panel: Any, folded: bool, number: int
         panel._placement_uuid, folded, counter=number, run_id=f"client {client.client_id}"
     )
     client.gui._websock_interface.queue_message(told)
-
-
-_WATCH_CHARTS = """(() => {
-  clearInterval(window.__kneevizCharts);
-  window.__kneevizCharts = setInterval(() => {
-    for (const { chart } of Object.values(window.__viserTestpoints?.uplots ?? {})) {
-      if (chart.width > 0 && chart.axes.some((axis) => axis.show && !axis._values?.length))
-        chart.redraw(false, true);
-    }
-  }, 300);
-})();"""
-
-
-def watch_charts(client: viser.ClientHandle) -> None:
-    """Let this client draw the numbers on an axis that has lost them.
-
-    When a chart gets its size and new data in one go, uPlot's redraw forgets that the axes must be
-    measured again, and an axis that was measured at width 0 stays empty.
-    """
-    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=_WATCH_CHARTS))
-
-
-_SEE_THROUGH = """(() => {
-  clearInterval(window.__kneevizHits);
-  const left = new Set(NAMES);
-  window.__kneevizHits = setInterval(() => {
-    for (const name of left) {
-      const node = window.__viserMutable?.nodeRefFromName?.[name];
-      node?.traverse((part) => {
-        if (part.material?.isMeshStandardMaterial) {
-          part.material.depthWrite = part.material.colorWrite = false;
-          left.delete(name);
-        }
-      });
-    }
-    if (left.size === 0) clearInterval(window.__kneevizHits);
-  }, 100);
-})();"""
-
-
-def see_through(client: viser.ClientHandle, names: Sequence[str]) -> None:
-    """Let this client not draw some meshes at all, which can be hit nevertheless.
-
-    A mesh with an opacity of 0 still hides what is drawn behind it after it.
-    """
-    source = _SEE_THROUGH.replace("NAMES", json.dumps(list(names)))
-    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
-
-
-_NAME_WIDGETS = """(() => {
-  const name = (node, text) => {
-    if (node && text && !node.getAttribute("aria-label")) node.setAttribute("aria-label", text);
-  };
-  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
-  const inputs = "[role=slider], input:not([type=hidden])";
-  clearInterval(window.__kneevizNames);
-  window.__kneevizNames = setInterval(() => {
-    document.documentElement.lang = "en";
-    for (const label of all("label[for]")) {
-      const widget = document.getElementById(label.htmlFor), text = label.textContent.trim();
-      const row = label.closest("[class*='Flex-root']");
-      for (const root of [widget, row])
-        if (root) all(inputs, root).forEach((node) => name(node, text));
-    }
-    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
-    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
-  }, 700);
-})();"""
-
-
-def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
-    """Give sliders, charts and the picture names in this client, for who hears the page.
-
-    viser's sliders and canvases have none.
-    """
-    source = _NAME_WIDGETS % (chart, scene)
-    client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
 def force_value(gui: Any, handle: Any) -> None:
@@ -408,11 +335,10 @@ __all__ = [
     "guard",
     "is_own_server",
     "know_array_types",
-    "name_widgets",
     "number_fault",
     "on_arrival",
     "refuse_tunnel",
-    "see_through",
+    "run_script",
     "set_camera_lock",
     "skip_client_build",
     "subprotocol",
@@ -420,6 +346,5 @@ __all__ = [
     "update_fault",
     "upload_fault",
     "value_fault",
-    "watch_charts",
     "widget_id",
 ]

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from kneeviz import viser_internals
+from kneeviz import viser_internals, viser_scripts
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.views.tabs.look import MODES
@@ -85,9 +85,9 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
-        viser_internals.watch_charts(client)
-        viser_internals.see_through(client, page.view.handles.unseen)
-        viser_internals.name_widgets(
+        viser_scripts.watch_charts(client)
+        viser_scripts.see_through(client, page.view.handles.unseen)
+        viser_scripts.name_widgets(
             client, "the knees' curves", "The knee; its pose is told in the panel"
         )
 

@@ -69,8 +69,9 @@ def page(chromium):
 def opened(page, port, client, *, live):
     page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
     page.wait_for_function(READY, timeout=60_000)
-    motion = next(u for u, p in client.props.items() if p.get("options") == ["Play", "Pause"])
-    client.set(motion, "Pause")
+    motion = next((u for u, p in client.props.items() if p.get("label") == "Pause"), None)
+    if motion is not None:
+        client.set(motion, True)
     page.wait_for_timeout(2500)
     page.evaluate(RECORD, [chart(client), live])
 

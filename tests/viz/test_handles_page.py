@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from viz.conftest import eventually
-from viz.visits import pause, press, shows, widget
+from viz.visits import pause, play, press, shows, widget
 from viz.websocket_client import WebSocketClient
 
 import kneecore
@@ -157,8 +157,8 @@ def test_a_tibial_handle_is_read_at_the_pose_when_it_was_taken(page, visitor, ha
 
 
 def test_the_motion_waits_while_a_handle_is_held(page, visitor, hand):
-    press(visitor, page.view.transport.play, "Play")
-    eventually(lambda: page.playback.playing and not page.view.handles.root.visible)
+    play(visitor, page)
+    eventually(lambda: not page.view.handles.root.visible)
     hand.taken = hand.place(*hand.values)
     hand.tell("start", hand.taken)
     eventually(lambda: not page.playback.playing)

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from kneeviz import viser_internals
+from kneeviz import viser_scripts
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.jobs.messages import Asked
 
@@ -13,8 +13,8 @@ def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
-        viser_internals.watch_charts(client)
-        viser_internals.name_widgets(client, "the model's outputs", "The model's picture")
+        viser_scripts.watch_charts(client)
+        viser_scripts.name_widgets(client, "the model's outputs", "The model's picture")
 
 
 def _resized(page: ModelPage, _value: Any, client_id: int) -> None:
