@@ -31,7 +31,9 @@ def repair_figure(repair: Repair, model: Model) -> Figure:
         above.set_title("Repair of the surrogate")
         above.legend(loc="upper right")
         gaps = [np.nan if r.gap_percent is None else abs(r.gap_percent) for r in repair.rounds]
-        below.semilogy(n_models, gaps, color="0.3", marker="o", markersize=4, linewidth=1.4)
+        below.plot(n_models, gaps, color="0.3", marker="o", markersize=4, linewidth=1.4)
+        if np.nanmax([0.0, *gaps]) > 0.0:  # of a constant model there is nothing to close
+            below.set_yscale("log")
         below.axhline(repair.goal_percent, color="#D55E00", linewidth=1.0, linestyle="--")
         below.annotate(
             f"goal: {repair.goal_percent:g} %",

@@ -120,6 +120,8 @@ def from_dict(document: dict[str, Any]) -> SearchResult:
         known |= {"repair_gap_percent": repair.goal_percent, "repair_models": repair.max_models}
         known["repair_batch"] = int(document["repair"].get("batch", 4))
     search = document["search"]
+    if "method" not in search and "method" not in document:  # there was one
+        known["method"] = "ga"
     counted = [f"models_{name}" for name in ("simulated", *own["model"].count_names)]
     others = [key for key in document["counts"] if key not in counted]  # of a model's own kinds
     return SearchResult(

@@ -138,9 +138,9 @@ class SearchSettings:
             raise ParameterError(
                 f"`repair_gap_percent` is {gap:g}; a number above 0 and below 100 is allowed"
             )
-        object.__setattr__(self, "repair_gap_percent", gap)
         if self.repair is False:
             self._refuse_repairs()
+        object.__setattr__(self, "repair_gap_percent", gap)
         if self.repair_models is not None and self.repair_models < 2:
             raise ParameterError(
                 f"`repair_models` is {self.repair_models}; at least 2 are needed, for the "
@@ -181,7 +181,8 @@ class SearchSettings:
         genetic = in_corners or self._genetic
         method = self.method or ("ga" if genetic else "exact")
         own = not in_corners and not gradient and method == "exact"
-        repair = (own and self.search_space != "model") if self.repair is None else self.repair
+        unasked = own and self.search_space != "model" and not self.bound
+        repair = unasked if self.repair is None else self.repair
         in_model = method == "exact" and not repair and gradient
         samples = PAPER_SAMPLES if in_corners else enough_samples(n_free)
         if self.max_runs is not None:

@@ -46,6 +46,7 @@ PICTURES: dict[str, tuple[str, ...]] = {
     "comparison": (KNEE, WORST),
     "scene": (KNEE, WORST),
     "landscape": (LANDSCAPE,),
+    "handles": (KNEE,),
 }
 """Every chart, picture and key, by its place, and what it draws: each in its own colours, which
 fade, or not at all."""

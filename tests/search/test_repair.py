@@ -216,7 +216,7 @@ def test_each_model_of_the_pair_keeps_its_place(monkeypatch):
     [
         ({"repair": True, "search_space": "model"}, "`search_space` is 'model'; with `repair`"),
         ({"repair_models": 20}, "`repair_models` is 20; it needs `repair`"),
-        ({"repair_gap_percent": 2}, "`repair_gap_percent` is 2; it needs `repair`"),
+        ({"repair_gap_percent": 2}, "`repair_gap_percent` is 2.0; it needs `repair`"),
         ({"repair": True, "repair_gap_percent": 0.0}, "a number above 0 and below 100"),
         ({"repair": True, "repair_gap_percent": float("nan")}, "a finite number is allowed"),
         ({"repair": True, "repair_models": 1}, "at least 2 are needed"),
