@@ -198,7 +198,8 @@ def test_two_browsers_see_one_knee(chromium, visitor, app):
 def camera(visitor):
     return visitor.page.evaluate(
         "() => { const c = window.__viserMutable.cameraControl;"
-        " return [c.azimuthAngle, c.polarAngle]; }"
+        " const turn = 2 * Math.PI;  // -pi is pi\n"
+        " return [((c.azimuthAngle % turn) + turn) % turn, c.polarAngle]; }"
     )
 
 
