@@ -9,18 +9,14 @@ from kneeviz.page.page import Page
 
 def _toggle(page: Page, value: Asked, what: str) -> None:
     """Turn round what is on or off."""
-    if what == "play":
-        view.set_playing(page, not page.playback.playing)
-    elif what == "overlay":
+    if what == "overlay":
         _toggle_overlay(page, value.client_id)
     elif what == "live":
         live.set_live(page, not page.live.on)
     elif what == "forces":
         view.set_forces(page, not page.view.scene.forces)
     elif what == "dark":
-        box = page.view.look.dark
-        box.value = not box.value
-        view.set_dark(page, box.value)
+        view.set_dark(page, not page.view.dark)
 
 
 def _toggle_overlay(page: Page, client_id: int) -> None:

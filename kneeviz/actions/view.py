@@ -103,6 +103,8 @@ def _dark(page: Page, value: Asked) -> None:
 def set_dark(page: Page, dark: bool) -> None:
     """Change between the light and the dark theme."""
     page.view.repaint(page.target.gui, dark)
+    if page.view.look.dark.value != dark:
+        page.view.look.dark.value = dark
 
 
 def _large(page: Page, value: Asked) -> None:

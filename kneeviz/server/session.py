@@ -12,19 +12,18 @@ from typing import Any
 from kneecore import KneeFile
 from kneeviz import viser_internals
 from kneeviz.actions import landscape, live, methods, standing, study, table, undo
-from kneeviz.jobs.messages import asked_by
-from kneeviz.jobs.worker import Actions, Worker
+from kneeviz.jobs.worker import Actions
 from kneeviz.page.drawing import Drawing
+from kneeviz.page.loop import Loop
 from kneeviz.page.page import Clients, Page, Target
 from kneeviz.state.playback import FRAME_SECONDS
-from kneeviz.views.html.pieces import escape
 
 _LOG = logging.getLogger(__name__)
 _DRAG_SECONDS, _DRAG_FRAME = 0.4, 0.1  # s: how long a slider counts as moving, and a frame then
 _UNSEEN_FRAME = 0.5  # s: when nobody looks
 
 
-class Session:
+class Session(Loop[Page]):
     """A page and the worker that keeps it going.
 
     Parameters
@@ -38,7 +37,7 @@ class Session:
     """
 
     def __init__(self, target: Target, knee: KneeFile, clients: Clients) -> None:
-        self._worker = Worker(self._step, self._failed)
+        super().__init__()
         self.page = Page(target, knee, clients, self.post)
         self.drawing = Drawing(self.page)
         viser_internals.guard(target.gui, self.reject)
@@ -47,19 +46,6 @@ class Session:
         """Draw the knee and start the worker."""
         self.drawing.draw_load_free()
         self._worker.start()
-
-    def stop(self) -> None:
-        """End the worker and whatever runs for the page."""
-        self.page.stop()
-        self._worker.stop()
-
-    def post(self, key: Hashable, value: Any = None) -> None:
-        """Ask the worker for something; returns at once."""
-        self._worker.mailbox.post(key, value)
-
-    def reject(self, client_id: int, handle: Any, fault: str, sent: Any) -> None:
-        """Note that a client's message was turned away; it is told once it stops."""
-        self.post(("reject", client_id), (client_id, handle, fault, sent))
 
     # The worker's thread from here on.
 
@@ -114,21 +100,9 @@ class Session:
             _LOG.exception("the knee cannot be solved")
             self._say_failed(error)
 
+    def _act(self, key: Hashable, value: Any) -> None:
+        table.perform(self.page, key, value)
+
     def _perform(self, key: Hashable, value: Any) -> None:
-        """Do one thing; if it fails, the rest goes on and whoever asked is told."""
-        try:
-            table.perform(self.page, key, value)
-        except Exception as error:
-            _LOG.exception("%s failed", key)
-            self._say_failed(error)
-            client_id = asked_by(value)
-            if client_id is not None:
-                self.page.notices.tell(client_id, "That did not work", str(error)[:300])
+        super()._perform(key, value)
         undo.note(self.page, key, value)
-
-    def _failed(self, error: Exception) -> None:
-        self._say_failed(error)
-        self.page.target.flush()
-
-    def _say_failed(self, error: Exception) -> None:
-        self.page.say(f"That did not work: {escape(str(error))}", "bad")

@@ -27,7 +27,7 @@ COMMANDS = (
     Command(label=UNDO, key="undo", hotkey="Z", modifier="cmd/ctrl"),
     Command(label=REDO, key="redo", hotkey="Z", modifier="cmd/ctrl+shift"),
     Command(label=START_OVER, key="start_over", description="Knee, bounds and settings."),
-    Command(label="Play or pause", key=("toggle", "play"), hotkey="space"),
+    Command(label="Play or pause", key="play", hotkey="space"),
     Command(label="Straight", key="position", value=0.0, hotkey="home"),
     Command(label="Bent", key="position", value=100.0, hotkey="end"),
     Command(label="A little straighter", key="step", value=-5.0, hotkey="pageup"),

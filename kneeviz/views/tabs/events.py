@@ -18,6 +18,16 @@ on_press = on_value
 """A button's value is that it was pressed; a group's, which of its buttons."""
 
 
+def on_upload(handle: Any, post: Post) -> None:
+    """Post ("upload", client's number) with a file's name and content whenever one arrives."""
+
+    async def arrived(event: Any) -> None:
+        file = event.target.value
+        post(("upload", event.client_id), (file.name, file.content))
+
+    handle.on_upload(arrived)
+
+
 def on_command(handle: Any, post: Post, key: Hashable, value: Any = True) -> None:
     """Post an `Asked` with `value` under `key` whenever a browser gives the command."""
 

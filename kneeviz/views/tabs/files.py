@@ -4,18 +4,24 @@ from typing import Any
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box
-from kneeviz.views.tabs.events import on_press
+from kneeviz.views.tabs.events import on_press, on_upload
+
+
+def add_result_files(gui: Any) -> dict[str, Any]:
+    """Add the downloads of a search of any model, shut until there is a result."""
+    gui.add_html(box("<b>The last search</b>"))
+    return {
+        "result.json": gui.add_button("Result (result.json)", disabled=True),
+        "curves.csv": gui.add_button("Curves (curves.csv)", disabled=True),
+        "result.zip": gui.add_button("All of it, with figures (.zip)", disabled=True),
+    }
 
 
 class FilesTab:
     """Downloads and the one upload that takes either file."""
 
     def __init__(self, gui: Any, post: Post) -> None:
-        gui.add_html(box("<b>The last search</b>"))
-        self.result = {
-            "result.json": gui.add_button("Result (result.json)", disabled=True),
-            "curves.csv": gui.add_button("Curves (curves.csv)", disabled=True),
-            "result.zip": gui.add_button("All of it, with figures (.zip)", disabled=True),
+        self.result = add_result_files(gui) | {
             "knees.html": gui.add_button(
                 "Page that moves (.html)",
                 disabled=True,
@@ -35,11 +41,4 @@ class FilesTab:
         self.command = gui.add_html("")
         for name, handle in (*self.result.items(), ("knee.toml", self.knee)):
             on_press(handle, post, ("download", name))
-        self._on_upload(post)
-
-    def _on_upload(self, post: Post) -> None:
-        async def arrived(event: Any) -> None:
-            file = event.target.value
-            post(("upload", event.client_id), (file.name, file.content))
-
-        self.upload.on_upload(arrived)
+        on_upload(self.upload, post)

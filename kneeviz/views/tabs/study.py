@@ -8,6 +8,7 @@ from kneeviz.state.study import BARS, HEAT_MAP, SLOPES
 from kneeviz.views.html.labels import HEIGHTS, LOADS
 from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.tabs.events import on_press, on_value
+from kneeviz.views.tabs.running import show_running
 
 SHOW, BACK = "Show the landscape", "Back to the knee"
 _INTRO = (
@@ -152,11 +153,7 @@ class StudyTab:
 
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
-        for handle in self.runs.values():
-            handle.disabled = running
-        self.progress.visible = self.cancel.visible = running
-        if running:
-            self.progress.value = 0.0
+        show_running(self, running)
 
     def show_landscape(self, shown: bool) -> None:
         """Show what belongs to the landscape, or hide it."""
