@@ -27,6 +27,54 @@ def watch_charts(client: viser.ClientHandle) -> None:
     viser_internals.run_script(client, _WATCH_CHARTS)
 
 
+_CHARTS_BY_CPU = """(() => {
+  if (window.__kneevizCanvas) return;
+  const own = window.__kneevizCanvas = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, options) {
+    const wanted = kind === "2d" ? { willReadFrequently: true, ...options } : options;
+    return own.call(this, kind, wanted);
+  };
+})();"""
+
+
+def draw_charts_by_cpu(server: viser.ViserServer) -> None:
+    """Let browsers draw charts without the graphics card; to be called before there are any.
+
+    Sixty thin lines are nothing to draw, but a graphics card that is none (software rendering)
+    takes as long for them as for two frames of the knee.
+    """
+    viser_internals.run_script_first(server, _CHARTS_BY_CPU)
+
+
+_FRAMES_ON_DEMAND = """(() => {
+  clearInterval(window.__kneevizFrames);
+  window.__kneevizFrames = setInterval(() => {
+    const mutable = window.__viserMutable;
+    const root = mutable?.scene?.__r3f?.root;
+    if (!root || !mutable.cameraControl) return;
+    clearInterval(window.__kneevizFrames);
+    const draw = () => root.getState().invalidate();
+    let last;
+    mutable.requestRender = () => {
+      clearTimeout(last);
+      last = setTimeout(draw, 250);
+      const dragging = !mutable.cameraControl.enabled && window.event?.type === "pointermove";
+      if (!dragging) draw();
+    };
+  }, 50);
+})();"""
+
+
+def draw_frames_on_demand(client: viser.ClientHandle) -> None:
+    """Let this client draw a frame when there is news, and one more when it has settled.
+
+    viser draws on for a quarter of a second, and at once when the hand moves what it drags, though
+    the answer is yet to come. With software rendering, the answer then waits for frames that show
+    nothing new.
+    """
+    viser_internals.run_script(client, _FRAMES_ON_DEMAND)
+
+
 _SEE_THROUGH = """(() => {
   clearInterval(window.__kneevizHits);
   const left = new Set(NAMES);
@@ -35,7 +83,7 @@ _SEE_THROUGH = """(() => {
       const node = window.__viserMutable?.nodeRefFromName?.[name];
       node?.traverse((part) => {
         if (part.material?.isMeshStandardMaterial) {
-          part.material.depthWrite = part.material.colorWrite = false;
+          part.material.visible = false;
           left.delete(name);
         }
       });
@@ -48,7 +96,7 @@ _SEE_THROUGH = """(() => {
 def see_through(client: viser.ClientHandle, names: Sequence[str]) -> None:
     """Let this client not draw some meshes at all, which can be hit nevertheless.
 
-    A mesh with an opacity of 0 still hides what is drawn behind it after it.
+    A mesh with an opacity of 0 takes time, and hides what is drawn behind it after it.
     """
     source = _SEE_THROUGH.replace("NAMES", json.dumps(list(names)))
     viser_internals.run_script(client, source)

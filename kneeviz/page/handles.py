@@ -65,8 +65,7 @@ def draw_handles(page: Page, pose: Pose | None) -> None:
             )
     fixed = np.array([box.is_fixed for box in boxes])
     spatial = page.view.scene.spatial
-    with page.target.atomic():
-        view.draw(np.array(points), np.array(small), fixed, chosen, spatial=spatial)
+    view.draw(np.array(points), np.array(small), fixed, chosen, spatial=spatial)
 
 
 def _text(page: Page, handle: Handle, box: Box, gain: float) -> str:

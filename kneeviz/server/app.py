@@ -12,7 +12,7 @@ import viser
 import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
 from kneecore.files.folder import write_file
-from kneeviz import viser_broadcast, viser_internals
+from kneeviz import viser_broadcast, viser_internals, viser_scripts
 from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
 from kneeviz.anymodel.actions.files import of_this_model
@@ -107,6 +107,7 @@ class App:
         with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
+        viser_scripts.draw_charts_by_cpu(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
         self.warm_up = KernelWarmUp() if model is None else None

@@ -47,7 +47,7 @@ def depth_of(handle: Handle, spatial: bool) -> float:
     return LIGAMENT_DEPTH[LIGAMENTS.index(group)] if group in LIGAMENTS else 0.0
 
 
-def _ring(n: int = 20) -> FloatArray:
+def _ring(n: int = 12) -> FloatArray:
     angle = np.linspace(0.0, 2.0 * np.pi, n + 1)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     return np.stack([rim[:-1], rim[1:]], axis=1)
