@@ -87,6 +87,7 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_scripts.draw_frames_on_demand(client)
         viser_scripts.watch_charts(client)
+        viser_scripts.tell_handles(client)
         viser_scripts.see_through(client, page.view.handles.unseen)
         viser_scripts.name_widgets(
             client, "the knees' curves", "The knee; its pose is told in the panel"

@@ -59,6 +59,7 @@ OTHERS = {
     "learn.page": "the lesson",
     "look.note": "the same always",
     "class_size": "a style, no text",
+    "hints": "the values that are set and their bounds, under a pointer",
 }
 """Every text of the view that tells of nothing computed, and why it may stand."""
 

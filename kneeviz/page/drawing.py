@@ -9,7 +9,7 @@ from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
-from kneeviz.page.handles import draw_handles
+from kneeviz.page.handles import draw_handles, write_hints
 from kneeviz.page.page import Page
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
@@ -102,6 +102,7 @@ class Drawing:
         with page.target.atomic():
             page.view.show_other_charts(shown, Markers(poses=poses))
             self._show_numbers(shown)
+            write_hints(page)
         page.target.flush()
         return True
 

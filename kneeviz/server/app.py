@@ -107,7 +107,7 @@ class App:
         with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
-        viser_scripts.draw_charts_by_cpu(self.server)
+        viser_scripts.prepare_charts(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
         self.warm_up = KernelWarmUp() if model is None else None
