@@ -155,6 +155,30 @@ def see_through(client: viser.ClientHandle, names: Sequence[str]) -> None:
     viser_internals.run_script(client, source)
 
 
+_BLEND = """(() => {
+  clearInterval(window.__kneevizBlend);
+  window.__kneevizBlend = setInterval(() => {
+    for (const name of NAMES) {
+      window.__viserMutable?.nodeRefFromName?.[name]?.traverse(({ material }) => {
+        if (!material?.isMeshStandardMaterial || material.depthWrite !== material.transparent)
+          return;
+        material.depthWrite = !material.transparent;
+        window.__viserMutable.requestRender();
+      });
+    }
+  }, 200);
+})();"""
+
+
+def blend(client: viser.ClientHandle, names: Sequence[str]) -> None:
+    """Let this client see through meshes, while they are translucent, to all that is behind them.
+
+    Translucent bodies that cross would cut patches out of each other: each hides what is drawn
+    after it and is behind.
+    """
+    viser_internals.run_script(client, _BLEND.replace("NAMES", json.dumps(list(names))))
+
+
 _NAME_WIDGETS = """(() => {
   const name = (node, text) => {
     if (node && text && !node.getAttribute("aria-label")) node.setAttribute("aria-label", text);

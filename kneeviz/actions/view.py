@@ -89,6 +89,7 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
         viser_scripts.watch_charts(client)
         viser_scripts.tell_handles(client)
         viser_scripts.see_through(client, page.view.handles.unseen)
+        viser_scripts.blend(client, page.view.scene.translucent)
         viser_scripts.name_widgets(
             client, "the knees' curves", "The knee; its pose is told in the panel"
         )
