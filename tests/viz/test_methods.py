@@ -112,4 +112,5 @@ def test_a_comparison_is_cancelled(page, visitor, monkeypatch):
     visitor.wait(lambda c: "cancelled" in c.props[status]["content"])
     assert page.methods.found is before
     assert tab.cancel.disabled
-    assert tab.cancel.visible and tab.progress.visible  # or what is below would move
+    assert tab.cancel.visible
+    assert tab.progress.visible  # or what is below would move
