@@ -11,24 +11,21 @@ import viser
 
 import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
-from kneecore.files.folder import write_file
 from kneeviz import viser_broadcast, viser_internals
-from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
 from kneeviz.anymodel.actions.files import of_this_model
 from kneeviz.anymodel.actions.search import take_result as take_model_result
 from kneeviz.anymodel.session import ModelSession
 from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
-from kneeviz.jobs.keeper import Keeper
 from kneeviz.page.page import Clients, Target
 from kneeviz.server import front
 from kneeviz.server.gate import Gate
+from kneeviz.server.kept import KeptState
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
-from kneeviz.state import results, saved
-from kneeviz.state.snapshot import Snapshot
+from kneeviz.state import results
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -70,7 +67,7 @@ class App:
     FileFormatError
         If the file of the state cannot be read, or `result` is none of `model`.
     OutputError
-        If the state cannot be written.
+        If the state cannot be written, or another server writes it.
     """
 
     def __init__(
@@ -88,7 +85,6 @@ class App:
     ) -> None:
         if state is not None and not shared:
             raise ParameterError("`state` is given, but each visitor has a page of his own")
-        left = saved.read(state) if state is not None and Path(state).exists() else None
         self._knee = kneecore.packaged_knee() if knee is None else knee
         for name, given in (("knee", knee), ("state", state)):
             if model is not None and given is not None:
@@ -100,6 +96,7 @@ class App:
             )
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts)
+        self._kept = None if state is None else KeptState(state)
         viser_internals.skip_client_build()
         viser_broadcast.install()
         viser_internals.know_array_types()
@@ -112,9 +109,8 @@ class App:
         self.warm_up = KernelWarmUp() if model is None else None
         self.seats: Seats[Served] = Seats(MAX_SESSIONS, self._end)
         self._common: dict[int | None, Served] = {}
-        self._keeper: Keeper | None = None
         if shared:
-            self._share(left, None if state is None else Path(state))
+            self._share()
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
         if self.warm_up is not None:
@@ -151,8 +147,8 @@ class App:
         for session in self._common.values():
             self._end(session)
         self._common = {}
-        if self._keeper is not None:
-            self._keeper.stop()
+        if self._kept is not None:
+            self._kept.stop()
         uploads.end_all()
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
@@ -165,27 +161,19 @@ class App:
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
-    def _share(self, left: Snapshot | None, path: Path | None) -> None:
-        """Make the page of all visitors; it opens as it was `left`, and is kept at `path`."""
+    def _share(self) -> None:
+        """Make the page of all visitors."""
         if self._model is not None:
             self._common[None] = self._made(self.server, self.server.get_clients)
             return
         session = self._common[None] = self._session(self.server, self.server.get_clients)
         try:
-            if left is not None:
-                undo.open_as_left(session.page, left)
-            if path is not None:
-                write_file(path, saved.to_text(session.page.snapshot()).encode())
-                self._keeper = Keeper(path, lambda why: session.post("not_kept", why))
-                session.page.keep = self._keep
+            if self._kept is not None:
+                self._kept.follow(session)
         except KneecoreError:
             self.stop()
             raise
         self._start(session)
-
-    def _keep(self, state: Snapshot) -> None:
-        assert self._keeper is not None
-        self._keeper.keep(lambda: saved.to_text(state))
 
     def _made(self, target: Target, clients: Clients) -> Served:
         """Return the session of a new page, started."""
