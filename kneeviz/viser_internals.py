@@ -25,6 +25,8 @@ _SERVES = "viser.infra._infra"
 """Where viser keeps what it does with a connection."""
 MAX_UPLOAD = 5_000_000
 """Bytes; a result is a few hundred thousand, a knee ten thousand."""
+MAX_TEXT = 8000
+"""Characters of a text that a page may send; a link's has fewer."""
 _MAX_PARTS = 64
 _PENDING, _PENDING_BYTES = 2, 2 * MAX_UPLOAD
 """Uploads of one visitor that are not finished, and what they may hold together."""
@@ -308,6 +310,8 @@ def value_fault(handle: Any, value: Any) -> str | None:
         return None if value in handle.options else "that is not one of its choices"
     if isinstance(handle, handles.GuiCheckboxHandle | handles.GuiButtonHandle):
         return None if isinstance(value, bool) else "it is either on or off"
+    if isinstance(handle, handles.GuiTextHandle):
+        return None if isinstance(value, str) and len(value) <= MAX_TEXT else "it is no short text"
     return "it takes no value"
 
 
@@ -329,6 +333,7 @@ def _edge(value: float | None) -> str:
 
 
 __all__ = [
+    "MAX_TEXT",
     "MAX_UPLOAD",
     "crowding_fault",
     "force_value",

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from typing import Any
 
 import viser
 
@@ -82,3 +83,52 @@ def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
     """
     source = _NAME_WIDGETS % (chart, scene)
     viser_internals.run_script(client, source)
+
+
+_TELL_LINK = """(() => {
+  const code = new URLSearchParams(location.search).get("knee");
+  if (code !== null && window.__kneevizLink !== code) {
+    if (ONCE) window.__kneevizLink = code;
+    const updates = { value: code.slice(0, MOST) };
+    window.__viserMutable.sendMessage({ type: "GuiUpdateMessage", uuid: UUID, updates });
+  }
+  clearInterval(window.__kneevizLinks);
+  window.__kneevizLinks = setInterval(() => {
+    for (const link of document.querySelectorAll("a[data-knee]"))
+      if (link.textContent !== link.href) link.textContent = link.href;
+  }, 300);
+})();"""
+
+
+def tell_link(client: viser.ClientHandle, text: Any, *, once: bool) -> None:
+    """Let this client set a widget, `text`, to what its address has after ``?knee=``.
+
+    viser's client keeps the query of its address to itself. With `once` a page that has lost its
+    connection and is back does not tell it again. Links on the page show their whole address.
+    """
+    values = {"UUID": viser_internals.widget_id(text), "ONCE": once}
+    source = _TELL_LINK.replace("MOST", str(viser_internals.MAX_TEXT))
+    for name, value in values.items():
+        source = source.replace(name, json.dumps(value))
+    viser_internals.run_script(client, source)
+
+
+_COPY = """(() => {
+  const text = new URL(QUERY, location.href).href;
+  const byHand = () => {
+    const area = document.createElement("textarea");
+    area.value = text;
+    document.body.append(area);
+    area.select();
+    document.execCommand("copy");
+    area.remove();
+  };
+  // Pages that are not from this machine, and not encrypted, have no clipboard.
+  if (navigator.clipboard) navigator.clipboard.writeText(text).catch(byHand);
+  else byHand();
+})();"""
+
+
+def copy_address(client: viser.ClientHandle, query: str) -> None:
+    """Put this client's address with another query into its clipboard."""
+    viser_internals.run_script(client, _COPY.replace("QUERY", json.dumps(query)))

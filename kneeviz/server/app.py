@@ -12,6 +12,7 @@ import viser
 import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
 from kneeviz import viser_broadcast, viser_internals
+from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
 from kneeviz.anymodel.actions.files import of_this_model
 from kneeviz.anymodel.actions.search import take_result as take_model_result
@@ -25,7 +26,7 @@ from kneeviz.server.kept import KeptState
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
-from kneeviz.state import results
+from kneeviz.state import links, results
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -58,6 +59,8 @@ class App:
     state : path, optional
         A file in which the state of the shared page is kept; if it is there, the page opens as
         it was left.
+    link : str, optional
+        What a link has after ``?knee=``: knee, bounds and settings to open with.
 
     Raises
     ------
@@ -65,7 +68,7 @@ class App:
         If `result` is of another model, a knee and a model are given, or `state` is given though
         there is a model or visitors have pages of their own.
     FileFormatError
-        If the file of the state cannot be read, or `result` is none of `model`.
+        If the file of the state or the link cannot be read, or `result` is none of `model`.
     OutputError
         If the state cannot be written, or another server writes it.
     """
@@ -82,11 +85,15 @@ class App:
         token: str | bool | None = None,
         allow_hosts: Sequence[str] = (),
         state: str | Path | None = None,
+        link: str | None = None,
     ) -> None:
         if state is not None and not shared:
             raise ParameterError("`state` is given, but each visitor has a page of his own")
+        if link is not None and (knee is not None or state is not None):
+            raise ParameterError("`link` is given with `knee` or `state`, and it has a knee itself")
+        self._linked = None if link is None else links.from_code(link)
         self._knee = kneecore.packaged_knee() if knee is None else knee
-        for name, given in (("knee", knee), ("state", state)):
+        for name, given in (("knee", knee), ("state", state), ("link", link)):
             if model is not None and given is not None:
                 raise ParameterError(f"`{name}` and `model` are given; only one of them is allowed")
         self._model, self._result = model, result
@@ -166,8 +173,8 @@ class App:
         if self._model is not None:
             self._common[None] = self._made(self.server, self.server.get_clients)
             return
-        session = self._common[None] = self._session(self.server, self.server.get_clients)
         try:
+            session = self._common[None] = self._session(self.server, self.server.get_clients)
             if self._kept is not None:
                 self._kept.follow(session)
         except KneecoreError:
@@ -190,6 +197,8 @@ class App:
         if self._result is not None:
             take_result(session.page, self._result)
         session.page.begin()
+        if self._linked is not None:
+            undo.open_as_left(session.page, self._linked)
         return session
 
     def _start(self, session: Session) -> Session:
@@ -205,6 +214,7 @@ class App:
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
+            viser_internals.guard(client.gui, self.session.reject)
             self.session.post(("joined", client.client_id))
             return
         try:

@@ -78,7 +78,7 @@ def test_help_is_quick_and_names_every_option():
     assert done.returncode == 0
     for option in (
         "--host", "--port", "--baseline", "--result", "--shared", "--per-visitor", "--no-browser",
-        "--token", "--no-token", "--allow-host", "--model",
+        "--token", "--no-token", "--allow-host", "--model", "--knee",
     ):  # fmt: skip
         assert option in done.stdout
 
@@ -96,6 +96,8 @@ def test_help_is_quick_and_names_every_option():
         (["--model", "pyproject.toml"], "no key of a model's file"),
         (["--model", "x.toml", "--baseline", "y.toml"], "`baseline` is 'y.toml'; it is the knee's"),
         (["--shared", "--per-visitor"], "only one"),
+        (["--knee", "no/link"], "the link holds other characters"),
+        (["--knee", "x", "--state", "y.json"], "--knee is given with --baseline or --state"),
         (["--token", "--no-token"], "only one"),
         (["--allow-host", "http://x.org"], "http://x.org"),
     ],

@@ -216,9 +216,7 @@ class TestWhatIsLimited:
 
 
 class TestKeptState:
-    def test_a_server_that_starts_again_opens_as_it_was_left(
-        self, page, visitor, path, tmp_path
-    ):
+    def test_a_server_that_starts_again_opens_as_it_was_left(self, page, visitor, path, tmp_path):
         began, changes = settled(page), Changes(visitor, page)
         for one in (changes.slider, changes.bound, changes.setting, changes.search):
             one()
@@ -231,7 +229,8 @@ class TestKeptState:
             eventually(lambda: settled(again.page) == began)
         finally:
             again.stop()
-        assert (tmp_path / path.name).read_text() == began  # the last state is written before the server ends
+        left = (tmp_path / path.name).read_text()
+        assert left == began, "the last state is written before the server ends"
 
     def test_a_second_server_on_the_same_file_is_refused_in_a_line(self, page, path):
         with pytest.raises(OutputError, match=r"`state` .* another process is writing") as told:
