@@ -60,6 +60,9 @@ class Options:
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
     """Each visitor has a knee of his own."""
+    for_class: Annotated[bool, tyro.conf.arg(name="class")] = False
+    """Of the two printed addresses the first is the teacher's, who drives. Who opens the second
+    only watches, until the teacher gives him the wheel or lets everybody drive."""
     token: bool = False
     """Let nobody in without the token in the printed address. This is the default where others
     than this machine can reach the app. The environment variable KNEEVIZ_TOKEN, if set, is it."""
@@ -156,6 +159,8 @@ def start(options: Options) -> "App":
         raise ParameterError("--knee is given with --baseline or --state; it holds both itself")
     if options.state is not None and options.per_visitor:
         raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
+    if options.for_class and options.per_visitor:
+        raise ParameterError("--class and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
     if options.model is None:
@@ -182,6 +187,7 @@ def start(options: Options) -> "App":
         allow_hosts=options.allow_host,
         state=options.state,
         link=options.knee,
+        for_class=options.for_class,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):
@@ -198,6 +204,8 @@ def _serve(app: "App", stop: threading.Event, *, browser: bool) -> None:
     if app.warning is not None:
         print(f"kneeviz: warning: {app.warning}", file=sys.stderr, flush=True)  # noqa: T201
     print(f"kneeviz: {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201
+    if app.class_url is not None:
+        print(f"kneeviz: {app.class_url}  (for the class, which watches)", flush=True)  # noqa: T201
     if browser:
         import webbrowser
 

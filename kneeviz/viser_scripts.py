@@ -1,7 +1,7 @@
 """What our page does in a browser beyond what viser's client does: small scripts for one client."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import viser
@@ -106,10 +106,8 @@ def tell_link(client: viser.ClientHandle, text: Any, *, once: bool) -> None:
     viser's client keeps the query of its address to itself. With `once` a page that has lost its
     connection and is back does not tell it again. Links on the page show their whole address.
     """
-    values = {"UUID": viser_internals.widget_id(text), "ONCE": once}
-    source = _TELL_LINK.replace("MOST", str(viser_internals.MAX_TEXT))
-    for name, value in values.items():
-        source = source.replace(name, json.dumps(value))
+    uuid, most = viser_internals.widget_id(text), viser_internals.MAX_TEXT
+    source = _filled(_TELL_LINK, {"UUID": uuid, "ONCE": once, "MOST": most})
     viser_internals.run_script(client, source)
 
 
@@ -132,3 +130,45 @@ _COPY = """(() => {
 def copy_address(client: viser.ClientHandle, query: str) -> None:
     """Put this client's address with another query into its clipboard."""
     viser_internals.run_script(client, _COPY.replace("QUERY", json.dumps(query)))
+
+
+_ROLE = """(() => {
+  const line = LINE, watches = WATCHES, id = "kneeviz-role";
+  document.getElementById(id)?.remove();
+  document.getElementById(id + "-style")?.remove();
+  if (line === null) return;
+  const said = document.createElement("div");
+  said.id = id;
+  said.setAttribute("role", "status");
+  said.textContent = line;
+  said.style.cssText = "position:fixed;bottom:12px;left:50%;transform:translateX(-50%);" +
+    "z-index:500;max-width:90vw;padding:6px 14px;border-radius:16px;pointer-events:none;" +
+    "background:#222;color:#fff;font:600 15px sans-serif;text-align:center";
+  document.body.append(said);
+  if (!watches) return;
+  const style = document.createElement("style");
+  style.id = id + "-style";
+  style.textContent = STYLE;
+  document.head.append(style);
+})();"""
+_WATCHED = (
+    ".mantine-Slider-root,.mantine-Button-root,.mantine-Input-wrapper,.mantine-Checkbox-root,"
+    ".mantine-InputWrapper-root{opacity:.45;pointer-events:none}"
+)
+"""The widgets of a page that is only watched; charts, tabs and folders stay alive."""
+
+
+def show_role(client: viser.ClientHandle, line: str | None, *, drives: bool) -> None:
+    """Tell a member of a class what he may do, in a line over his page, or nothing.
+
+    If he does not drive, his widgets look so.
+    """
+    values = {"LINE": line, "WATCHES": not drives, "STYLE": _WATCHED}
+    viser_internals.run_script(client, _filled(_ROLE, values))
+
+
+def _filled(source: str, values: Mapping[str, Any]) -> str:
+    """Return a script with values in the places of their names."""
+    for name, value in values.items():
+        source = source.replace(name, json.dumps(value))
+    return source

@@ -21,6 +21,7 @@ from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.page.page import Clients, Target
 from kneeviz.server import front
+from kneeviz.server.classroom import Classroom
 from kneeviz.server.gate import Gate
 from kneeviz.server.kept import KeptState
 from kneeviz.server.kernels import KernelWarmUp
@@ -61,6 +62,9 @@ class App:
         it was left.
     link : str, optional
         What a link has after ``?knee=``: knee, bounds and settings to open with.
+    for_class : bool
+        Whether visitors only watch, but for the teacher, who has a token of his own, and those to
+        whom he gives the wheel.
 
     Raises
     ------
@@ -86,9 +90,12 @@ class App:
         allow_hosts: Sequence[str] = (),
         state: str | Path | None = None,
         link: str | None = None,
+        for_class: bool = False,
     ) -> None:
         if state is not None and not shared:
             raise ParameterError("`state` is given, but each visitor has a page of his own")
+        if for_class and not shared:
+            raise ParameterError("`for_class` is given, but each visitor has a page of his own")
         if link is not None and (knee is not None or state is not None):
             raise ParameterError("`link` is given with `knee` or `state`, and it has a knee itself")
         self._linked = None if link is None else links.from_code(link)
@@ -102,13 +109,15 @@ class App:
                 results.of_knees(result) if model is None else of_this_model(model, result)
             )
         self.shared = shared
-        self.gate = Gate.of(host, token=token, allowed=allow_hosts)
+        self.gate = Gate.of(host, token=token, allowed=allow_hosts, for_class=for_class)
+        self.classroom = Classroom() if for_class else None
         self._kept = None if state is None else KeptState(state)
         viser_internals.skip_client_build()
         viser_broadcast.install()
         viser_internals.know_array_types()
         # viser's banner is not shown: we print our own line.
-        with contextlib.redirect_stdout(io.StringIO()), front.standing(self.gate):
+        guarded = front.standing(self.gate, self.classroom)
+        with contextlib.redirect_stdout(io.StringIO()), guarded:
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
         self.server.scene.world_axes.visible = False
@@ -118,6 +127,8 @@ class App:
         self._common: dict[int | None, Served] = {}
         if shared:
             self._share()
+        if self.classroom is not None:
+            self.classroom.open(self.server, self.session.reject)
         self.server.on_client_connect(self._join)
         self.server.on_client_disconnect(self._leave)
         if self.warm_up is not None:
@@ -127,6 +138,11 @@ class App:
     def url(self) -> str:
         """The address to open in a browser."""
         return self.gate.url(self.server.get_port())
+
+    @property
+    def class_url(self) -> str | None:
+        """The address that a class is given, or None if it is no class's server."""
+        return None if self.classroom is None else self.gate.class_url(self.server.get_port())
 
     @property
     def warning(self) -> str | None:
@@ -215,6 +231,8 @@ class App:
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:
             viser_internals.guard(client.gui, self.session.reject)
+            if self.classroom is not None:
+                self.classroom.arrive(client)
             self.session.post(("joined", client.client_id))
             return
         try:
@@ -230,6 +248,8 @@ class App:
                 session.post(("joined", client.client_id))
 
     def _leave(self, client: viser.ClientHandle) -> None:
+        if self.classroom is not None:
+            self.classroom.leave(client.client_id)
         if not self.shared:
             self.seats.leave(client.client_id)
 
