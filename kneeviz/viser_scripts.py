@@ -132,6 +132,18 @@ def copy_address(client: viser.ClientHandle, query: str) -> None:
     viser_internals.run_script(client, _COPY.replace("QUERY", json.dumps(query)))
 
 
+_HIDE_TOKEN = """(() => {
+  const address = new URL(location.href);
+  address.searchParams.delete("token");
+  history.replaceState(null, "", address);
+})();"""
+
+
+def hide_token(client: viser.ClientHandle) -> None:
+    """Take the token out of this client's address, which a class may see on the wall."""
+    viser_internals.run_script(client, _HIDE_TOKEN)
+
+
 _ROLE = """(() => {
   const line = LINE, watches = WATCHES, id = "kneeviz-role";
   document.getElementById(id)?.remove();
@@ -141,16 +153,18 @@ _ROLE = """(() => {
   said.id = id;
   said.setAttribute("role", "status");
   said.textContent = line;
-  said.style.cssText = "position:fixed;bottom:12px;left:50%;transform:translateX(-50%);" +
-    "z-index:500;max-width:90vw;padding:6px 14px;border-radius:16px;pointer-events:none;" +
-    "background:#222;color:#fff;font:600 15px sans-serif;text-align:center";
-  document.body.append(said);
-  if (!watches) return;
   const style = document.createElement("style");
   style.id = id + "-style";
-  style.textContent = STYLE;
+  style.textContent = SAID + (watches ? WIDGETS : "");
+  document.body.append(said);
   document.head.append(style);
 })();"""
+_SAID = (
+    "#kneeviz-role{position:fixed;bottom:12px;left:50%;transform:translateX(-50%);z-index:500;"
+    "max-width:90vw;padding:6px 14px;border-radius:16px;pointer-events:none;background:#222;"
+    "color:#fff;font:600 15px sans-serif;text-align:center}"
+    "@media(max-width:770px){#kneeviz-role{bottom:auto;top:12px}}"  # the panel is below there
+)
 _WATCHED = (
     ".mantine-Slider-root,.mantine-Button-root,.mantine-Input-wrapper,.mantine-Checkbox-root,"
     ".mantine-InputWrapper-root{opacity:.45;pointer-events:none}"
@@ -163,7 +177,7 @@ def show_role(client: viser.ClientHandle, line: str | None, *, drives: bool) -> 
 
     If he does not drive, his widgets look so.
     """
-    values = {"LINE": line, "WATCHES": not drives, "STYLE": _WATCHED}
+    values = {"LINE": line, "WATCHES": not drives, "SAID": _SAID, "WIDGETS": _WATCHED}
     viser_internals.run_script(client, _filled(_ROLE, values))
 
 

@@ -90,6 +90,8 @@ class Classroom:
                 box=box,
             )
             self._people[client.client_id] = person
+            if leads:
+                viser_scripts.hide_token(client)
             if client.client_id not in self._server.get_clients():  # he left meanwhile
                 del self._people[client.client_id]
             self._show()
@@ -131,7 +133,8 @@ class Classroom:
     def _show(self) -> None:
         """Let the pages show who drives."""
         names = [p.name for p in sorted(self._people.values(), key=lambda p: p.number) if p.number]
-        for person in self._people.values():
+        here = self._server.get_clients()
+        for person in (p for number, p in self._people.items() if number in here):
             if person.box is not None:
                 person.box.show(self.driver, names)
             else:

@@ -129,7 +129,7 @@ def _process(gate: Gate, crowd: Crowd[Any], inner: Process | None) -> Process:
         assert answer is None or isinstance(answer, Response)
         if answer is None and not _is_of_our_version(request):
             return connection.respond(HTTPStatus.BAD_REQUEST, "Another version: load the page.\n")
-        if answer is None and gate.token is not None:
+        if answer is None and gate.has_token(request.path, request.headers):
             crowd.know(connection)
         if answer is not None:
             for name, value in gate.answer_headers(request.path, request.headers).items():

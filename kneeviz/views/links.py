@@ -31,7 +31,7 @@ def offer_link(gui: Any, post: Post) -> Any:
     """Ask one visitor whether all are to see what his link opens; return the question."""
     with gui.add_modal("A linked knee") as modal:
         gui.add_html(
-            box("Everybody who looks at this knee will see the linked one. Undo brings it back.")
+            box("Everybody here will then see the linked knee. Undo brings the present one back.")
         )
         answer = gui.add_button_group("Open it?", (OPEN, LEAVE))
     on_press(answer, post, "open_link")
