@@ -10,6 +10,7 @@ from kneeviz.server.app import App
 from kneeviz.state import links
 from kneeviz.state.bounds import Bounds
 
+pytestmark = pytest.mark.filterwarnings("ignore:Queued a ")  # viser's, for those who left
 ACL_X = NAMES.index("acl_femur_x")
 
 

@@ -19,6 +19,7 @@ from kneeviz.server.gate import Gate
 from kneeviz.state import saved
 from kneeviz.views.teach import ALL, TEACHER, WATCHING
 
+pytestmark = pytest.mark.filterwarnings("ignore:Queued a ")  # viser's, for those who left
 HIT = "/handles/acl_femur"
 _MOVES = itertools.count(1)
 
