@@ -77,23 +77,21 @@ class Classroom:
 
     def arrive(self, client: viser.ClientHandle) -> None:
         """Note that somebody is here; a teacher gets his switch."""
-        connection = viser_internals.connection_of(self._server, client.client_id)
+        number = client.client_id
+        connection = viser_internals.connection_of(self._server, number)
         if connection is None:
             return  # gone while this waited for its turn
         leads = bool(connection.leads)
         box = TeachBox(client.gui, self._asked) if leads else None
+        if leads:
+            viser_scripts.hide_token(client)
         with self._lock:
-            person = _Person(
-                client=client,
-                connection=connection,
-                number=0 if leads else self._free_number(),
-                box=box,
+            if number not in self._server.get_clients():
+                return  # gone meanwhile; who goes from now on is struck out by `leave`
+            shown = 0 if leads else self._free_number()
+            self._people[number] = _Person(
+                client=client, connection=connection, number=shown, box=box
             )
-            self._people[client.client_id] = person
-            if leads:
-                viser_scripts.hide_token(client)
-            if client.client_id not in self._server.get_clients():  # he left meanwhile
-                del self._people[client.client_id]
             self._show()
 
     def leave(self, client_id: int) -> None:

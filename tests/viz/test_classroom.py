@@ -183,7 +183,7 @@ def test_the_wheel_goes_from_hand_to_hand(app, teacher, student):
         does_not_move(app, other, "Visitor 2")
         does_not_move(app, student, "Visitor 1")
         give(app, teacher, "Visitor 2")
-    eventually(lambda: app.classroom.driver == TEACHER)  # he left, and took it not along
+    eventually(lambda: app.classroom.rule == Rule())  # he left, and took it not along
     moves(app, teacher, -13.7)
     assert offered(teacher) == (TEACHER, ALL, "Visitor 1")
 
