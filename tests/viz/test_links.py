@@ -166,6 +166,8 @@ class TestShared:
         assert f"python -m kneeviz --knee {code}<" in visitor.props[shown]["content"]
         page.post("reset_all")
         visitor.wait(lambda c: c.props[shown]["content"] == "")
+        visitor.set(widget(page.view.search.options.handles["pop_size"]), 100)
+        eventually(lambda: dict(page.history.present.settings)["search.pop_size"] == 100)
         before = text_of(page)
         with WebSocketClient(visitor.port) as other:
             comes_with(other, code)
@@ -176,6 +178,8 @@ class TestShared:
             eventually(lambda: text_of(page) == linked)
         page.post("undo")
         eventually(lambda: text_of(page) == before)
+        page.post("start_over")
+        eventually(lambda: page.snapshot().same_as(page.history.start))
 
     def test_after_a_no_all_stays(self, page, visitor):
         before = text_of(page)
