@@ -31,6 +31,7 @@ from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
 from kneeviz.state.motion import Knees, Motion, Poses
 from kneeviz.state.playback import Playback
+from kneeviz.state.pointing import Pointing
 from kneeviz.state.search import SearchState
 from kneeviz.state.shown import Band
 from kneeviz.state.snapshot import Snapshot
@@ -85,6 +86,8 @@ class Page:
         self.begin()
         self.band: Band | None = None
         """The sampling band behind the curves."""
+        self.pointing: Pointing | None = None
+        """The pointer over a chart that poses the knee."""
         self.lesson: int | None = None
         """The lesson's open step."""
         self.set_aside: SetAside | None = None

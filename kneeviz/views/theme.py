@@ -241,7 +241,8 @@ def large_text() -> str:
     return (
         f"<style>{content} {{ zoom: {CLASS_SIZE}; width: 100% !important }}"
         f"{content} {content} {{ zoom: 1 }}"
-        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}</style>"
+        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}"
+        f":root {{ --kneeviz-size: {CLASS_SIZE} }}</style>"
     )
 
 

@@ -9,7 +9,15 @@ from kneeviz.geometry.sweep import Sweep
 from kneeviz.state.shown import Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts import series
-from kneeviz.views.charts.styles import axis_style, dots, knee_lines, line_style
+from kneeviz.views.charts.styles import (
+    axis_style,
+    axis_told,
+    dots,
+    knee_lines,
+    line_style,
+    switched,
+    told,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -37,17 +45,19 @@ class CurveChart:
 
     def _series(self) -> list[dict[str, Any]]:
         c = self._colours
-        baseline, current, one, two = knee_lines(c)
+        baseline, current, one, two = knee_lines(c, "°")
+        edge = line_style(c.band_edge, 1.0)
+        surrogate = line_style(c.surrogate, 2.0 * c.size, dash=(7, 5))
         return [
-            {},
+            axis_told("External moment", "N·m", digits=2),
             line_style("rgba(0,0,0,0)", 0.0),
             line_style(c.zero, 1.0, dash=(4, 4)),
-            line_style(c.band_edge, 1.0),
-            line_style(c.band_edge, 1.0),
-            *(line_style(c.training, 1.0) for _ in range(self._n_training)),
+            told(edge, "band", "band from", "°"),
+            told(edge, "band", "band to", "°"),
+            *(switched(line_style(c.training, 1.0), "training") for _ in range(self._n_training)),
             baseline,
             current,
-            line_style(c.surrogate, 2.0 * c.size, dash=(7, 5)),
+            told(surrogate, "surrogate", "surrogate", "°"),
             one,
             two,
             *dots(c),
