@@ -22,6 +22,7 @@ from kneeviz.page.animation import Animation
 from kneeviz.page.framing import Framing, Subject
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.ghosts import Ghosts
 from kneeviz.state.handles import HandlesState
 from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
@@ -81,6 +82,10 @@ class Page:
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
+        self.ghosts: Ghosts = ()
+        """The visitor's last few knees, kept faint."""
+        self.keeps_ghosts: bool = False
+        """Whether they are kept and shown."""
         self.keep: Callable[[Snapshot], None] | None = None
         """Takes each new state, where it is kept beyond the page."""
         self.begin()
@@ -157,6 +162,7 @@ class Page:
             overlay=self.overlay,
             live=self.live.on,
             settings=self.view.settings,
+            ghosts=self.ghosts,
         )
 
     def advance(self, now: float) -> None:

@@ -180,11 +180,15 @@ class View:
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
-    def show_legends(self, overlays: bool, band: Band | None) -> None:
+    def show_legends(self, overlays: bool, band: Band | None, *, ghosts: bool) -> None:
         """Write the charts' keys."""
         colours = self.colours
         self.curve_legend.content = legend(
-            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+            colours,
+            overlays=overlays,
+            curve=True,
+            band=None if band is None else band.text,
+            ghosts=ghosts,
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)

@@ -69,7 +69,11 @@ class ProfileChart:
         c, one, column = self._colours, self._dial, self._state.model.columns[self._state.column]
         dots = [
             switched(
-                {"stroke": h, "width": 0, "points": {"show": True, "size": 10, "fill": h, "space": 0}},
+                {
+                    "stroke": h,
+                    "width": 0,
+                    "points": {"show": True, "size": 10, "fill": h, "space": 0},
+                },
                 key,
             )
             for h, key in ((c.current, "last"), (c.model_1, "model_1"), (c.model_2, "model_2"))

@@ -74,7 +74,9 @@ class AngleChart:
         bottom = axis_style(below, side=2, scale="x", size=24, colours=c)
         if not below:
             bottom["labelSize"] = 0
-        return bottom, axis_style(f"{self._label} ({self._unit})", side=3, scale="y", size=36, colours=c)
+        return bottom, axis_style(
+            f"{self._label} ({self._unit})", side=3, scale="y", size=36, colours=c
+        )
 
     def repaint(self, colours: theme.Palette) -> None:
         """Take the colours of a theme."""

@@ -58,7 +58,14 @@ def _patch(fill: str, edge: str) -> str:
     )
 
 
-def legend(colours: theme.Palette, *, overlays: bool, curve: bool, band: str | None = None) -> str:
+def legend(
+    colours: theme.Palette,
+    *,
+    overlays: bool,
+    curve: bool,
+    band: str | None = None,
+    ghosts: bool = False,
+) -> str:
     """Return the charts' key.
 
     `curve` adds what only the moment-angle chart shows, `band` what its band was sampled from.
@@ -74,6 +81,8 @@ def legend(colours: theme.Palette, *, overlays: bool, curve: bool, band: str | N
             ("model_1", colours.model_1, "solid", "model 1"),
             ("model_2", colours.model_2, "solid", "model 2"),
         ]
+    if ghosts:
+        items.append(("ghosts", colours.ghost, "dotted", "earlier knees"))
     shown = "".join(
         curve_switch(key, _swatch(colour, style) + text) for key, colour, style, text in items
     )

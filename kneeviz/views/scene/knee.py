@@ -13,6 +13,7 @@ from kneeviz.geometry.bones import bones
 from kneeviz.geometry.mechanism import Pose, contact_arrow, contact_point
 from kneeviz.views import theme
 from kneeviz.views.scene.body import Body
+from kneeviz.views.scene.ghosts import Ghosts
 from kneeviz.views.scene.nodes import (
     FLAT,
     LAYER,
@@ -70,6 +71,7 @@ class KneeScene:
         )
         for overlay in self.overlays:
             overlay.set_visible(False)
+        self.ghosts = Ghosts(scene)
         self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, _SPOT_WIDTH)
         self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, _ARROW_WIDTH)
         self.repaint()
@@ -95,6 +97,7 @@ class KneeScene:
         self._arrow.colors = theme.handle_colour(colours.arrow)
         self._spot.thickness = _SPOT_WIDTH * colours.size
         self._arrow.thickness = _ARROW_WIDTH * colours.size
+        self.ghosts.paint(colours)
         self.own.paint(colours, self.spatial)
         for overlay in self.overlays:
             overlay.paint(colours, self.spatial, overlay_share)
@@ -104,6 +107,7 @@ class KneeScene:
         self.hidden = hidden
         for root in self._roots:
             root.visible = not hidden
+        self.ghosts.draw(())
         self.repaint()
 
     def fade_overlays(self, share: float) -> None:
