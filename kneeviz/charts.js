@@ -59,7 +59,7 @@
   note.style.cssText = `position: absolute; z-index: 110; pointer-events: none; white-space: nowrap;
     font: calc(12px * var(--kneeviz-size, 1)) / 1.35 sans-serif; padding: 3px 7px;
     border-radius: 4px; border: 1px solid light-dark(#bbb, #555);
-    background: light-dark(rgba(255,255,255,.95), rgba(36,36,36,.95)); color: light-dark(#222, #eaeaea)`;
+    background: light-dark(rgba(255,255,255,.9), rgba(36,36,36,.9)); color: light-dark(#222, #eaeaea)`;
   signal.addEventListener("abort", () => note.remove());
   const line = (words, colour) => {
     const row = document.createElement("div");

@@ -15,6 +15,8 @@ def _toggle(page: Page, value: Asked, what: str) -> None:
         live.set_live(page, not page.live.on)
     elif what == "forces":
         view.set_forces(page, not page.view.scene.forces)
+    elif what == "beside":
+        view.set_beside(page, not page.beside)
     elif what == "ghosts":
         ghosts.show_ghosts(page, not page.keeps_ghosts)
     elif what == "dark":

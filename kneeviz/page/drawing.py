@@ -80,6 +80,7 @@ class Drawing:
         assert poses[0] is not None
         with page.target.atomic():
             page.view.scene.draw(x, poses[0])
+            page.view.scene.stand(page.apart)
             for i, knee in enumerate(page.knees[1:]):
                 page.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
             page.view.scene.ghosts.draw(ghosts_at(page, poses[0].moment))

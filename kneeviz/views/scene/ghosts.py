@@ -16,8 +16,10 @@ FloatArray = NDArray[np.float64]
 
 _IN_FRONT = 26
 """Layer, behind the visitor's ligaments."""
-_WIDTHS = (2.0, 1.5, 1.0)
-"""Pixels: the older, the thinner."""
+_WIDTH = 1.5
+"""Pixels."""
+_PALE = (0.35, 0.5, 0.65)
+"""How far towards the bones' colour: the older, the paler."""
 
 
 class Ghosts:
@@ -38,10 +40,11 @@ class Ghosts:
 
     def paint(self, colours: theme.Palette) -> None:
         """Take the colours and sizes of a theme."""
-        for width, line, rims in zip(_WIDTHS, self._lines, self._rims, strict=True):
+        hue = theme.rgb(colours.ghost)
+        for pale, line, rims in zip(_PALE, self._lines, self._rims, strict=True):
             for handle in (line, *rims):
-                handle.colors = theme.handle_colour(theme.rgb(colours.ghost))
-                handle.thickness = width * colours.size
+                handle.colors = theme.handle_colour(theme.mix(hue, colours.bone, pale))
+                handle.thickness = _WIDTH * colours.size
 
     def draw(self, knees: Sequence[tuple[FloatArray, Pose]]) -> None:
         """Draw knees with the parameters `x` in their poses, the newest first; hide the rest."""
