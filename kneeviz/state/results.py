@@ -74,7 +74,7 @@ def objective_at_rest(result: SearchResult) -> float | None:
     """Return f of a result's two knees, deg, were both at rest; None if one has no equilibrium."""
     knee = Knee(space(result), solver="equilibrium", rest_length=rest_length(result), threads=1)
     found = knee.simulate_batch(np.array(result.x))
-    if found.failed.any() or not found.settled.all():
+    if found.failed.any() or not np.isnan(found.lost_at).all():
         return None
     one, two = np.degrees(found.flexion)
     weights = knee.weights(result.settings.objective, result.settings.weights)
