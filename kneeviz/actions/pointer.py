@@ -26,7 +26,7 @@ def _point(page: Page, value: Asked, what: str) -> None:
 def _still_sweep(page: Page) -> Sweep | None:
     """Return the visitor's knee through the loads, if nothing moves it now."""
     current, playback = page.state.current, page.playback
-    if playback.playing or playback.mode != "sweep" or page.animation.running:
+    if playback.playing or playback.mode != "sweep" or page.animation.gliding:
         return None
     return None if current is None else current.sweep
 
