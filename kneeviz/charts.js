@@ -76,7 +76,7 @@
   let pointed = null; // the chart under the pointer, and where on it
   const place = ({ chart, x, y }) => chart.posToVal(chart.scales.x.ori === 1 ? y : x, "x");
   const write = () => {
-    if (pointed === null || !pointed.chart.over.isConnected) return note.remove();
+    if (pointed === null) return note.remove();
     const { chart, x, y } = pointed, at = place(pointed);
     const [axis] = chart.series;
     const rows = [line(`${axis.label}: ${written(at, axis)}`)];
@@ -115,6 +115,10 @@
     posing = false;
   };
   signal.addEventListener("abort", () => clearTimeout(timer));
+  const go = () => { pointed = null; write(); leave(); };
+  document.addEventListener("pointerdown", (event) => {
+    if (pointed !== null && !pointed.chart.over.contains(event.target)) go();
+  }, { signal });
 
   const attached = new WeakSet();
   const attach = (uuid, chart) => {
@@ -126,20 +130,21 @@
       write();
       if (told.poses[uuid]) pose(told.poses[uuid], place(pointed));
     };
-    const go = () => { pointed = null; write(); leave(); };
     chart.over.addEventListener("pointermove", move, { signal });
     chart.over.addEventListener("pointerdown", move, { signal });
     chart.over.addEventListener("pointerleave", go, { signal });
     chart.over.addEventListener("pointercancel", go, { signal });
-    chart.over.addEventListener("click", () => {
+    chart.over.addEventListener("click", (event) => {
+      move(event); // a finger has left before its click
       if (!told.poses[uuid]) return;
-      if (timer !== null) { clearTimeout(timer); flush(); }
+      clearTimeout(timer);
+      flush();
       send(told.keep, true);
     }, { signal });
   };
   const tick = () => {
     for (const [uuid, { chart }] of charts()) if (!attached.has(chart)) attach(uuid, chart);
-    if (pointed !== null && !pointed.chart.over.isConnected) { pointed = null; leave(); }
+    if (pointed !== null && !pointed.chart.over.isConnected) go();
     apply();
     write(); // what is under the pointer may have changed
   };

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 from kneeviz.geometry.sweep import Sweep
 from kneeviz.jobs.messages import Asked
@@ -53,9 +52,8 @@ def _left(page: Page, value: Asked) -> None:
 
 def _keep(page: Page, value: Asked) -> None:
     """Leave the knee where the pointer has put it."""
-    pointing = page.pointing
-    if pointing is not None and pointing.client_id == value.client_id:
-        page.pointing = replace(pointing, before=pointing.shown)
+    if page.pointing is not None and page.pointing.client_id == value.client_id:
+        page.pointing = None
 
 
 ACTIONS: dict[str, Callable[..., None]] = {

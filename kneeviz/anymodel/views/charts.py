@@ -56,7 +56,7 @@ class OutputChart:
             told(surrogate, "surrogate", "surrogate", unit, None),
             one,
             two,
-            told(dots, "last", "last run", unit, None),
+            told(dots, "current", "last run", unit, None),
         ]
 
     def _bands(self) -> tuple[dict[str, Any], ...]:

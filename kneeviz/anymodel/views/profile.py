@@ -76,7 +76,7 @@ class ProfileChart:
                 },
                 key,
             )
-            for h, key in ((c.current, "last"), (c.model_1, "model_1"), (c.model_2, "model_2"))
+            for h, key in ((c.current, "current"), (c.model_1, "model_1"), (c.model_2, "model_2"))
         ]
         line = line_style(c.surrogate, 2.0, dash=(7, 5))
         unit = column.output.unit

@@ -75,7 +75,7 @@ def legend(state: ModelState, shown: Curves, colours: theme.Palette) -> str:
     own = "model" if state.is_here else "model (last run)"
     items = [
         ("current", shown.own, colours.current, "solid", own),
-        ("last", shown.last, colours.current, "dotted", f"last run{here}"),
+        ("current", shown.last, colours.current, "dotted", f"last run{here}"),
         ("surrogate", shown.predicted, colours.surrogate, "dashed", "surrogate"),
         ("baseline", shown.nominal, colours.baseline, "solid", "nominal"),
         ("model_1", shown.one, colours.model_1, "solid", "model 1"),

@@ -51,7 +51,8 @@ class LookTab:
                     "Slack ligaments are thin and grey; taut ones take colour and width with their "
                     "tension. The arrow is the contact force on the tibia. The circle and the line "
                     "are what the model computes with; the bones around them, and all depth in the "
-                    "3D view, are illustrative."
+                    "3D view, are illustrative. Over a chart the pointer is told the values, "
+                    "and a paused knee stands as the curve says there; a click lets it stay so."
                 )
             )
         )
