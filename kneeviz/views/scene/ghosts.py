@@ -14,8 +14,8 @@ from kneeviz.views.scene.nodes import LAYER, add_line, add_rim, lift
 
 FloatArray = NDArray[np.float64]
 
-_IN_FRONT = 26
-"""Layer, behind the visitor's ligaments."""
+_LAYER = 5.5
+"""Before the bones, behind the lines of the present knee, which may be in the same places."""
 _WIDTH = 1.5
 """Pixels."""
 _PALE = (0.35, 0.5, 0.65)
@@ -34,7 +34,7 @@ class Ghosts:
             self._roots.append(scene.add_frame(name, show_axes=False, visible=False))
             self._tibias.append(scene.add_frame(f"{name}/tibia", show_axes=False))
             self._rims.append(
-                [add_rim(scene, f"{name}/tibia/{b.name}_rim", b, _IN_FRONT) for b in tibial]
+                [add_rim(scene, f"{name}/tibia/{b.name}_rim", b, _LAYER) for b in tibial]
             )
             self._lines.append(add_line(scene, f"{name}/lines", np.zeros((1, 2, 2)), 0.0, 1.0))
 
@@ -55,4 +55,4 @@ class Ghosts:
             tibia.wxyz = quaternion(pose.flexion)
             tibia.position = (*pose.tibia_position, 0.0)
             segments = np.concatenate([circle(x), ligament_segments(x, pose)])
-            line.points = lift(segments, _IN_FRONT * LAYER)
+            line.points = lift(segments, _LAYER * LAYER)
