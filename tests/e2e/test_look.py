@@ -10,6 +10,9 @@ HIDDEN = """id => {
     return chart.series.filter((s) => !s.show).map((s) => s.key).sort();
 }"""
 
+KEEP = "id => { window.keptChart = window.__viserTestpoints.uplots[id].chart }"
+IS_NEW = "id => window.__viserTestpoints.uplots[id]?.chart !== window.keptChart"
+
 
 @pytest.fixture
 def curve(visitor, app):
@@ -49,11 +52,14 @@ def test_a_legends_entry_switches_its_curve_until_it_is_pressed_again(visitor, a
     off = sorted(["surrogate", *["training"] * len(page.state.training_curves)])
     visitor.wait_until(lambda: visitor.page.evaluate(HIDDEN, curve) == off)
     assert entry.get_attribute("aria-pressed") == "false"
-    page.post("position", Asked(None, -1, 60.0))  # new numbers
-    page.post("large", Asked(None, -1, True))  # a new chart
-    visitor.wait_until(lambda: page.view.large)
-    visitor.page.wait_for_timeout(300)
+    old = visitor.curve(curve)
+    page.post("position", Asked(None, -1, 60.0))
+    visitor.wait_until(lambda: visitor.curve(curve) != old)  # new numbers
     assert visitor.page.evaluate(HIDDEN, curve) == off
+    visitor.page.evaluate(KEEP, curve)
+    page.post("large", Asked(None, -1, True))
+    visitor.wait_until(lambda: visitor.page.evaluate(IS_NEW, curve))  # a new chart
+    visitor.wait_until(lambda: visitor.page.evaluate(HIDDEN, curve) == off)
     page.post("large", Asked(None, -1, False))
     entry.press("Enter")
     visitor.wait_until(lambda: visitor.page.evaluate(HIDDEN, curve) == ["surrogate"])
