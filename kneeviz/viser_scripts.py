@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import viser
@@ -26,6 +28,33 @@ def watch_charts(client: viser.ClientHandle) -> None:
     measured again, and an axis that was measured at width 0 stays empty.
     """
     viser_internals.run_script(client, _WATCH_CHARTS)
+
+
+@cache
+def _look_closer() -> str:
+    return Path(__file__).with_name("charts.js").read_text(encoding="utf-8")
+
+
+def look_closer(
+    client: viser.ClientHandle,
+    *,
+    poses: Mapping[str, str] | None = None,
+    left: str | None = None,
+    keep: str | None = None,
+) -> None:
+    """Let this client tell the values at its pointer and switch curves by a legend's entries.
+
+    Parameters
+    ----------
+    client : ClientHandle
+    poses : mapping of str to str, optional
+        The charts where the pointer poses the knee, by their id, and the ids of the numbers that
+        are set to where it is.
+    left, keep : str, optional
+        Ids of the buttons that are pressed when it leaves such a chart, and when it is clicked.
+    """
+    told = json.dumps({"poses": dict(poses or {}), "left": left, "keep": keep})
+    viser_internals.run_script(client, _look_closer().replace("TOLD;", f"{told};", 1))
 
 
 _SEE_THROUGH = """(() => {

@@ -80,8 +80,10 @@ class Drawing:
         assert poses[0] is not None
         with page.target.atomic():
             page.view.scene.draw(x, poses[0])
+            page.view.scene.stand(page.apart)
             for i, knee in enumerate(page.knees[1:]):
                 page.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
+            page.view.scene.ghosts.draw(ghosts_at(page, poses[0].moment))
 
     def _draw_slow(self, shown: Shown, poses: Poses, *, other_charts: bool) -> None:
         """Draw what need not follow every frame."""
@@ -135,6 +137,14 @@ class Drawing:
         page.view.show_comparison(state.space, (state.space.baseline, current, *worst))
 
 
+def ghosts_at(page: Page, moment: float) -> list[tuple[FloatArray, Pose]]:
+    """Return the earlier knees at rest under a moment; none beside a motion in time."""
+    if page.playback.mode != "sweep":
+        return []
+    ghosts = belonging.ghosts(page)
+    return [(g.x, g.sweep.at_moment(moment)) for g in ghosts if g.sweep is not None]
+
+
 def shown_on(page: Page) -> Shown:
     """Return what a page's charts show now."""
     state, knees = page.state, (page.state.baseline, *page.knees)
@@ -146,4 +156,5 @@ def shown_on(page: Page) -> Shown:
         training=state.training_curves if asks_surrogate else None,
         strain_free=state.strain_free,
         band=belonging.band(page),
+        ghosts=tuple(g.sweep for g in belonging.ghosts(page) if g.sweep is not None),
     )

@@ -14,6 +14,7 @@ from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.charts.pointer import Pointer
 from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
@@ -75,6 +76,7 @@ class View:
         with panel.add_tab("AP"):
             self.ap_legend = gui.add_html("")
             self.ap = ApChart(gui, colours, height=400)
+            self.pointer = Pointer(gui, post)
             gui.add_html(
                 box(
                     faint(
@@ -136,6 +138,12 @@ class View:
                 self.setting_handles[name].value = value
         self.search.show_method()
 
+    @property
+    def pointed(self) -> dict[str, Any]:
+        """What a browser must know of the charts over which its pointer poses the knee."""
+        angles = [chart.handle for chart in (*self.forces.charts, self.ap)]
+        return self.pointer.told(self.curve.handle, angles)
+
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""
         self.dark = dark
@@ -172,11 +180,15 @@ class View:
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
-    def show_legends(self, overlays: bool, band: Band | None) -> None:
+    def show_legends(self, overlays: bool, band: Band | None, *, ghosts: bool) -> None:
         """Write the charts' keys."""
         colours = self.colours
         self.curve_legend.content = legend(
-            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+            colours,
+            overlays=overlays,
+            curve=True,
+            band=None if band is None else band.text,
+            ghosts=ghosts,
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)

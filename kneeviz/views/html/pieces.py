@@ -90,6 +90,19 @@ def coloured(text: str, hue: str) -> str:
     return f'<span style="color:{theme.ink(hue)};font-weight:600">{text}</span>'
 
 
+def curve_switch(key: str, content: str, hint: str = "") -> str:
+    """Return a legend's entry, which switches the curves of that key (`kneeviz/charts.js`)."""
+    style = (
+        "all:unset;box-sizing:border-box;cursor:pointer;white-space:nowrap;margin-right:12px;"
+        "outline:revert"
+    )
+    title = escape(f"{hint} Show or hide it.".strip())
+    return (
+        f'<button type="button" data-curve="{key}" aria-pressed="true" title="{title}" '
+        f'style="{style}">{content}</button>'
+    )
+
+
 def command_line(command: str) -> str:
     """Return a shell command in a box that one click selects."""
     style = (
