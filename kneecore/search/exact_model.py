@@ -107,11 +107,14 @@ def _moved(
     *,
     many_failed: bool,
 ) -> ClimbedPair:
-    """Return the worst pair of the model itself, looked for from those of its proxy."""
+    """Return the worst pair of the model itself, looked for from those of its proxy.
+
+    Where many fail it is looked for among the models of a screening, if it leaves any pair.
+    """
     screened = model.screening if many_failed else model
-    pair = climb_from_patterns(
-        UnitModel(screened), found, weights, seed=settings.seed, many_failed=many_failed
-    )
+    pair = _climbed(screened, found, weights, settings, many_failed=many_failed)
+    if many_failed and not np.isfinite(pair.value):
+        screened, pair = model, _climbed(model, found, weights, settings, many_failed=True)
     if not np.isfinite(pair.value):
         raise ModelError("the model fails for every worst pair of the one near it (knees: at rest)")
     if not many_failed:
@@ -119,6 +122,19 @@ def _moved(
     stages = THOROUGH if settings.thorough else QUICK
     return evolve_pair(
         UnitModel(screened), pair, weights, stages=stages, seed=settings.seed, report=report
+    )
+
+
+def _climbed(
+    model: Model,
+    found: ExactPair,
+    weights: FloatArray,
+    settings: ExactSettings,
+    *,
+    many_failed: bool,
+) -> ClimbedPair:
+    return climb_from_patterns(
+        UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
     )
 
 
