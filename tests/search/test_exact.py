@@ -8,6 +8,7 @@ from searches import knee_of
 
 from kneecore import MOMENT, Knee, ModelError, ParameterError, ParameterSpace, simulate_batch
 from kneecore.knee.model import ALONG_LOADS
+from kneecore.model import Evaluation
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import ModelPair
 from kneecore.progress import Cancelled
@@ -232,8 +233,8 @@ class Unscreened(Knee):
 
 
 class Nothing(Knee):
-    def evaluate(self, x):
-        return np.full((len(x), 12), np.nan)
+    def _examine(self, x, *, observe):
+        return Evaluation(y=np.full((len(x), 12), np.nan), counts={"failed": len(x)})
 
 
 def test_where_a_screening_leaves_nothing_the_model_itself_is_searched(monkeypatch):
