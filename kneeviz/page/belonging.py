@@ -57,6 +57,7 @@ OTHERS = {
     "search.live_note": "what live does now; empty without it",
     "study.intro": "the same always",
     "learn.page": "the lesson",
+    "learn.verdict": "what was seen when a step was revealed, of the lesson's own knee and bounds",
     "look.note": "the same always",
     "class_size": "a style, no text",
 }

@@ -10,6 +10,7 @@ from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
 from kneeviz.page.handles import draw_handles
+from kneeviz.page.lesson import held_back
 from kneeviz.page.page import Page
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
@@ -60,7 +61,7 @@ class Drawing:
         slow = touched or not page.playback.playing or self.frame % _SLOW_FRAMES == 0
         shown = shown_on(page)
         if slow:  # sixty curves cost a browser without a graphics card more than the knee
-            page.view.curve.update(shown, Markers(poses=poses))
+            page.view.curve.update(held_back(page, shown), Markers(poses=poses))
         if touched:  # the answer to a slider goes first
             page.target.flush()
             # The thread that sends it would have to wait for this one's next pause.
@@ -91,7 +92,7 @@ class Drawing:
         self._mirror_position()
         page.view.transport.show_playing(page.playback.playing)
         if other_charts:
-            page.view.show_other_charts(shown, Markers(poses=poses))
+            page.view.show_other_charts(held_back(page, shown), Markers(poses=poses))
         page.target.flush()
 
     def draw_rest(self) -> bool:
@@ -105,7 +106,7 @@ class Drawing:
         if poses[0] is None:
             return False
         with page.target.atomic():
-            page.view.show_other_charts(shown, Markers(poses=poses))
+            page.view.show_other_charts(held_back(page, shown), Markers(poses=poses))
             self._show_numbers(shown)
         page.target.flush()
         return True

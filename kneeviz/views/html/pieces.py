@@ -19,6 +19,11 @@ def box(content: str, *, style: str = "") -> str:
     return f'<div style="{_BOX};{style}">{content}</div>'
 
 
+def heading(text: str) -> str:
+    """Return the heading of a part of a panel."""
+    return f'<h2 style="font-size:1.2em;margin:2px 0">{text}</h2>'
+
+
 def faint(text: str) -> str:
     """Return text in the quieter tone."""
     return f'<span style="opacity:.68">{text}</span>'
