@@ -18,6 +18,8 @@ from kneeviz.views.html.lesson import answer_words, told
 
 _SEED = 1
 """Of the random knee at which the sheet asks the surrogate."""
+_SHOWN = 2.0
+"""N m; under it the knee of the picture is nearly straight, and its ligaments stand apart."""
 TITLE = "Why one millimetre matters: a lesson about the knee"
 INTRO = (
     "A planar model of a human knee, seen from the side: thigh bone above, shin bone below, four "
@@ -25,7 +27,7 @@ INTRO = (
     "look: the app shows each answer in the tab “Learn”."
 )
 NAME, DATE, WHY = "Name", "Date", "Why do you think so?"
-PICTURE = "The knee at rest, seen from the side, with its four ligaments"
+PICTURE = "The knee, nearly straight, seen from the side, with its four ligaments"
 ANSWERS = "Answers"
 ANSWERS_INTRO = "Numbers of the packaged knee within its own bounds, computed when this was made."
 LIMITS = (
@@ -76,7 +78,7 @@ def _prepared(callback: Callback | None) -> KneeState:
 
 def _picture(state: KneeState) -> str:
     sweep = None if state.baseline is None else state.baseline.sweep
-    return "" if sweep is None else still(sweep.x, sweep.at_moment(0.0), label=PICTURE)
+    return "" if sweep is None else still(sweep.x, sweep.at_moment(_SHOWN), label=PICTURE)
 
 
 def _heading(at: int, step: Step) -> str:

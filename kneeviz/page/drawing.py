@@ -10,8 +10,9 @@ from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
 from kneeviz.page.handles import draw_handles
-from kneeviz.page.lesson import held_back
+from kneeviz.page.lesson import held_back, hides
 from kneeviz.page.page import Page
+from kneeviz.state.lesson_steps import ERROR
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
 from kneeviz.views import theme
@@ -128,7 +129,8 @@ class Drawing:
         if shown.predicted is not None and shown.flexion is not None:
             error = series.prediction_error(shown.predicted, shown.flexion)
         loo = None if state.surrogate is None else state.surrogate.loo_rms
-        belonging.write(page, "error", error_line(error, loo))
+        told = "" if hides(page, ERROR) else error_line(error, loo)
+        belonging.write(page, "error", told)
         mine = None if state.current is None else state.current.response
         belonging.write(page, "marks", marks_line(mine))
         _, *worst = (None if knee is None else knee.x for knee in page.knees)

@@ -43,7 +43,7 @@ class Answers:
 
     def give(self, step: int, answer: float) -> None:
         """Take an answer, until the step is revealed."""
-        if self.fact is None and not self.waiting:
+        if not self.revealed and not self.waiting:
             self.given[step] = answer
 
     def reveal(self, step: int, fact: Fact) -> None:
@@ -52,6 +52,11 @@ class Answers:
         if step in self.given:
             right = STEPS[step].is_right(self.given[step], fact.right)
             self.judged.setdefault(step, right)
+
+    @property
+    def revealed(self) -> bool:
+        """Whether the open step has told what was seen."""
+        return self.fact is not None
 
     @property
     def tally(self) -> dict[str, int]:

@@ -11,8 +11,8 @@ from typing import Any
 Instructions = tuple[tuple[Any, ...], ...]
 """What to do, in order: each a name and what it needs."""
 
-CURVES, SAMPLES, STAND_IN = "curves", "samples", "stand-in"
-"""What the charts may hold back: the knees' curves, random knees, and the surrogate."""
+CURVES, SAMPLES, STAND_IN, ERROR = "curves", "samples", "stand-in", "error"
+"""What may be held back: the knees' curves, random knees, the surrogate, and its error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,9 +39,9 @@ class Step:
     on_press: Instructions
     """Done when it is revealed, and when its button is pressed again."""
     hidden: tuple[str, ...] = ()
-    """What the charts hold back, for it would tell the answer."""
+    """What is held back, for it would tell the answer."""
     still_hidden: tuple[str, ...] = ()
-    """What they hold back after the answer, for a later step."""
+    """What is held back after the answer too, for a later step."""
 
     def is_right(self, given: float, right: float) -> bool:
         """Tell whether an answer is right: the place of a choice, or a number near enough."""
@@ -54,7 +54,7 @@ _CALM: Instructions = (
     ("mode", "sweep"),
     ("forces", False),
 )
-_LATER = (SAMPLES, STAND_IN)
+_LATER = (SAMPLES, STAND_IN, ERROR)
 
 STEPS = (
     Step(
@@ -143,7 +143,7 @@ STEPS = (
         on_open=(*_CALM, ("moment", 5.0)),
         on_press=(("preset", "Random, within bounds"),),
         hidden=_LATER,
-        still_hidden=(STAND_IN,),
+        still_hidden=(STAND_IN, ERROR),
     ),
     Step(
         name="stand-in",
@@ -160,6 +160,7 @@ STEPS = (
         button="Landscape of a random knee",
         on_open=(*_CALM, ("moment", 2.0)),
         on_press=(("preset", "Random, within bounds"), ("landscape", True)),
+        hidden=(ERROR,),
     ),
     Step(
         name="extremes",
@@ -193,6 +194,7 @@ STEPS = (
         button="Play both",
         on_open=(("landscape", False), ("mode", "sweep"), ("pair",), ("moment", 0.0)),
         on_press=(("play", True),),
+        hidden=(CURVES,),
     ),
 )
 

@@ -37,9 +37,9 @@ def verdict(at: int, answers: Answers) -> str:
         return box(words.WAIT) if answers.waiting else ""
     step, given = STEPS[at], answers.given.get(at)
     parts = [f"<b>{judgement(step, given, answers.fact)}</b>"]
-    if given is not None and not step.choices:
+    if given is not None:
         parts.append(words.YOURS.format(answer=answer_words(step, given)))
-    if step.choices:
+    if step.choices and given != answers.fact.right:
         parts.append(words.IT_IS.format(answer=answer_words(step, answers.fact.right)))
     return box(f"{' '.join(parts)}<br>{told(step, answers.fact)}")
 

@@ -64,26 +64,24 @@ class LearnTab:
         if at is None:
             self.page.content, self.verdict.content = invitation(answers), ""
             self.press.label = START
-            self._show_answer(None, None, shut=True)
+            self._show_answer(None, None)
             return
         step = STEPS[at]
-        revealed = answers.fact is not None
         self.page.content, self.verdict.content = step_page(at, answers), verdict(at, answers)
-        self.press.label = step.button if revealed else REVEAL
-        self._show_answer(step, answers.given.get(at), shut=revealed or answers.waiting)
+        self.press.label = step.button if answers.revealed else REVEAL
+        asked = not answers.revealed and not answers.waiting
+        self._show_answer(step if asked else None, answers.given.get(at))
 
-    def _show_answer(self, step: Step | None, given: float | None, *, shut: bool) -> None:
-        """Show what takes the answer to a step, and the answer that was given."""
+    def _show_answer(self, step: Step | None, given: float | None) -> None:
+        """Show what takes the answer to a step, and what was answered; nothing without a step."""
         choices = () if step is None else step.choices
         for place, button in enumerate(self.choices):
             button.visible = place < len(choices)
             if button.visible:
                 button.label = choices[place]
-            button.color = None if given == place else "gray"
-            button.icon = viser.Icon.CHECK if given == place else None
-            button.disabled = shut
+                button.color = None if given == place else "gray"
+                button.icon = viser.Icon.CHECK if given == place else None
         self.number.visible = step is not None and not choices
         if step is not None and not choices:
             self.number.label = NUMBER.format(unit=step.unit)
             self.number.value = 0.0 if given is None else given
-        self.number.disabled = shut
