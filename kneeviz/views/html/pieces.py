@@ -21,7 +21,13 @@ def box(content: str, *, style: str = "") -> str:
 
 def heading(text: str) -> str:
     """Return the heading of a part of a panel."""
-    return f'<h2 style="font-size:1.2em;margin:2px 0">{text}</h2>'
+    return f'<h2 style="font-size:1.1em;margin:2px 0">{text}</h2>'
+
+
+def unseen_title(text: str) -> str:
+    """Return the page's title for who hears it; those who see it have the picture."""
+    style = "position:absolute;width:1px;height:1px;margin:0;overflow:hidden;clip-path:inset(50%)"
+    return f'<h1 style="{style}">{text}</h1>'
 
 
 def faint(text: str) -> str:
