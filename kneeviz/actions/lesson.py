@@ -15,14 +15,13 @@ from kneeviz.page.page import Page
 from kneeviz.state.bounds import WIDTH, Bounds
 from kneeviz.state.lesson import Answers, SetAside
 from kneeviz.state.lesson_facts import FACTS
-from kneeviz.state.lesson_steps import FAILED, OVER, STEPS
+from kneeviz.state.lesson_steps import BEGUN, FAILED, OVER, STEPS
 from kneeviz.state.snapshot import Snapshot
 
 
 def _lesson_press(page: Page, value: Asked | None) -> None:
     if page.lesson is None:
         _begin(page)
-        open_step(page, 0)
     else:
         _reveal(page, None if value is None else value.client_id)
 
@@ -68,16 +67,18 @@ def _lesson_number(page: Page, value: Asked) -> None:
 
 
 def _lesson_turn(page: Page, value: Asked) -> None:
-    at = -1 if page.lesson is None else page.lesson
-    to = at + (1 if value.value == "Next" else -1)
-    if 0 <= to < len(STEPS):
-        open_step(page, to)
+    by = 1 if value.value == "Next" else -1
+    if page.lesson is None:
+        if by > 0:
+            _begin(page)
+    elif 0 <= page.lesson + by < len(STEPS):
+        open_step(page, page.lesson + by)
     else:
         _end(page)
 
 
 def _begin(page: Page) -> None:
-    """Put the visitor's state aside: the lesson has one of its own, and its own way back."""
+    """Open the first step, the visitor's state put aside: the lesson has one of its own."""
     page.set_aside = SetAside(
         state=page.snapshot(),
         history=page.history,
@@ -92,6 +93,8 @@ def _begin(page: Page) -> None:
     page.answers = Answers()
     _clean(page)
     page.begin()
+    open_step(page, 0)
+    page.say(BEGUN)
 
 
 def _end(page: Page) -> None:

@@ -61,7 +61,7 @@ STEPS = (
         name="rest",
         title="A knee at rest",
         text="Thigh bone above, shin bone below, four ligaments between them. Nothing pulls on "
-        "this knee: it hangs slightly bent, and all four ligaments are slack.",
+        "this knee: it hangs half bent, and all four ligaments are slack.",
         question="A gentle moment of 0.8 N·m straightens it a little. Which ligament will then "
         "pull hardest?",
         choices=("ACL", "PCL", "MCL", "LCL"),
@@ -212,7 +212,9 @@ LAST_TALLY = "Last time: {answered} of {steps} answered, {right} right."
 NUMBER = "Your answer ({unit})"
 YOURS = "Your answer: {answer}."
 RIGHT, WRONG, NONE = "Right.", "Not quite.", "No answer given."
+NEAR_ENOUGH = "Within {tolerance} counts as right."
 IT_IS = "It is: {answer}."
 WAIT = "The search is running …"
 FAILED = "The model fails for this knee; press again."
+BEGUN = "The lesson has begun: your knee, bounds and result are put aside."
 OVER = "The lesson is over: your knee, bounds and result are back."

@@ -69,7 +69,7 @@ class ModelView:
         return theme.palette(self.dark)
 
     def _add_left(self, gui: Any, post: Post, state: ModelState) -> None:
-        gui.add_html(theme.VISER_TEXTS)
+        gui.add_html(theme.VISER_TEXTS + unseen_title(escape(state.model.name)))
         self.left = gui.add_panel()
         with self.left.add_tab("Outputs"):
             self.legend = gui.add_html("")

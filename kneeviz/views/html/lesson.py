@@ -39,6 +39,8 @@ def verdict(at: int, answers: Answers) -> str:
     parts = [f"<b>{judgement(step, given, answers.fact)}</b>"]
     if given is not None:
         parts.append(words.YOURS.format(answer=answer_words(step, given)))
+    if given is not None and not step.choices:
+        parts.append(words.NEAR_ENOUGH.format(tolerance=answer_words(step, step.tolerance)))
     if step.choices and given != answers.fact.right:
         parts.append(words.IT_IS.format(answer=answer_words(step, answers.fact.right)))
     return box(f"{' '.join(parts)}<br>{told(step, answers.fact)}")
