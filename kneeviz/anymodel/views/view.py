@@ -16,7 +16,7 @@ from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
 from kneeviz.views.commands import add_commands
-from kneeviz.views.html.pieces import box, escape, faint, status
+from kneeviz.views.html.pieces import box, escape, faint, status, unseen_title
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
