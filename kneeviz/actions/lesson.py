@@ -15,7 +15,7 @@ from kneeviz.page.page import Page
 from kneeviz.state.bounds import WIDTH, Bounds
 from kneeviz.state.lesson import Answers, SetAside
 from kneeviz.state.lesson_facts import FACTS
-from kneeviz.state.lesson_steps import BEGUN, FAILED, OVER, STEPS
+from kneeviz.state.lesson_steps import BEGUN, NOTHING, OVER, STEPS
 from kneeviz.state.snapshot import Snapshot
 
 
@@ -49,7 +49,7 @@ def tell(page: Page) -> None:
         page.answers.reveal(page.lesson, fact)
     elif page.search.job is None:
         page.answers.waiting = False
-        page.say(FAILED, "bad")
+        page.say(NOTHING, "bad")
     page.view.learn.show(page.lesson, page.answers)
     page.touched = True
 
