@@ -58,6 +58,7 @@ OTHERS = {
     "search.live_note": "what live does now; empty without it",
     "study.intro": "the same always",
     "learn.page": "the lesson",
+    "learn.verdict": "what was seen when a step was revealed, of the lesson's own knee and bounds",
     "look.note": "the same always",
     "files.link": "opens what is set now; gone as soon as that changes",
     "class_size": "a style, no text",

@@ -27,7 +27,7 @@ from kneeviz.state.handles import HandlesState
 from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
-from kneeviz.state.lesson import SetAside
+from kneeviz.state.lesson import Answers, SetAside
 from kneeviz.state.links import LinksState
 from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
@@ -102,6 +102,8 @@ class Page:
         """The pointer over a chart that poses the knee."""
         self.lesson: int | None = None
         """The lesson's open step."""
+        self.answers = Answers()
+        """What was answered in the lesson, or in the last one."""
         self.set_aside: SetAside | None = None
         """What the visitor had before the lesson."""
         self.model_ready: bool = False

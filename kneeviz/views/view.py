@@ -18,7 +18,7 @@ from kneeviz.views.charts.pointer import Pointer
 from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
-from kneeviz.views.html.pieces import box, faint
+from kneeviz.views.html.pieces import box, faint, unseen_title
 from kneeviz.views.html.readout import legend
 from kneeviz.views.scene.handles import HandleScene
 from kneeviz.views.scene.knee import KneeScene
@@ -35,6 +35,7 @@ from kneeviz.views.tabs.transport import add_transport
 
 FloatArray = NDArray[np.float64]
 
+TITLE = "A knee and its two worst cases"
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
 _CLASS_WIDER = 1.2
 """The panels take less than the text that they hold: the picture needs its room."""
@@ -93,7 +94,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
-        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS)
+        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS + unseen_title(TITLE))
         self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
