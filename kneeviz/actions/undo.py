@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kneecore import FileFormatError
+from kneeviz.actions.ghosts import leave_behind
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
@@ -22,7 +24,9 @@ from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
 
-_AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn"})
+_AT_WILL = frozenset(
+    {"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn", "link", "open_link"}
+)
 """What sets knee and bounds together, as was asked."""
 
 
@@ -43,10 +47,12 @@ def note(page: Page, key: Hashable, value: Any) -> None:
         )
         if name == "grab_end":
             page.history.rest()
+    if is_new and name not in _AT_WILL:
+        _tell_what_was_clipped(page, last, asked_by(value))
+        if page.history.last is last and leave_behind(page, last):  # a step has begun
+            page.history.amend(page.snapshot())
     if is_new:
         _keep(page)
-        if name not in _AT_WILL:
-            _tell_what_was_clipped(page, last, asked_by(value))
 
 
 def _keep(page: Page) -> None:
@@ -88,6 +94,7 @@ def restore(page: Page, wanted: Snapshot) -> None:
     page.view.set_settings(wanted.settings)
     _restore_box(page, wanted)
     set_live(page, wanted.live)
+    page.ghosts = wanted.ghosts
     _restore_result(page, wanted)
     page.move_to(wanted.x)
     name_knee(page, BASELINE if page.state.at_baseline else OWN_KNEE)
@@ -114,6 +121,21 @@ def _restore_result(page: Page, wanted: Snapshot) -> None:
     set_overlay(page, wanted.overlay)
 
 
+def complete(page: Page, told: Snapshot) -> Snapshot:
+    """Return a state that was told, with all settings: what it does not name is as at first.
+
+    Raises
+    ------
+    FileFormatError
+        If the page has no such settings.
+    """
+    fault = page.view.settings_fault(told.settings)
+    if fault is not None:
+        raise FileFormatError(f"the state's `settings`: {fault}")
+    all_settings = dict(page.view.first_settings) | dict(told.settings)
+    return replace(told, settings=tuple(all_settings.items()))
+
+
 def open_as_left(page: Page, left: Snapshot) -> None:
     """Open a page in the state in which it was left; one step back is where it began.
 
@@ -122,10 +144,7 @@ def open_as_left(page: Page, left: Snapshot) -> None:
     FileFormatError
         If the page has no such settings.
     """
-    fault = page.view.settings_fault(left.settings)
-    if fault is not None:
-        raise FileFormatError(f"the state's `settings`: {fault}")
-    restore(page, left)
+    restore(page, complete(page, left))
     page.history.record(page.snapshot(), who=None, what=None, now=time.monotonic())
     page.history.rest()
 

@@ -86,6 +86,11 @@ class History:
             self.rest()
         return True
 
+    @property
+    def last(self) -> Snapshot | None:
+        """The state one step back; None at the beginning."""
+        return self._past[-1] if self._past else None
+
     def amend(self, state: Snapshot) -> bool:
         """Make `state` the present one without a step; return whether it differs."""
         differs = not state.same_as(self.present)

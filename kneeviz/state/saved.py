@@ -30,20 +30,23 @@ _REST_LENGTHS = get_args(RestLength)
 _KEYS = {"schema", "baseline", "bounds", "knee", "settings", "overlay", "live", "result"}
 
 
+def to_document(state: Snapshot) -> dict[str, Any]:
+    """Return a state as JSON-ready values."""
+    return {
+        "schema": SCHEMA,
+        "baseline": _knee_text(state.knee),
+        "bounds": asdict(state.bounds),
+        "knee": state.x.tolist(),
+        "settings": dict(state.settings),
+        "overlay": state.overlay,
+        "live": state.live,
+        "result": None if state.result is None else _told(state.result),
+    }
+
+
 def to_text(state: Snapshot) -> str:
     """Return a state as JSON: the same state, the same text."""
-    return to_json(
-        {
-            "schema": SCHEMA,
-            "baseline": _knee_text(state.knee),
-            "bounds": asdict(state.bounds),
-            "knee": state.x.tolist(),
-            "settings": dict(state.settings),
-            "overlay": state.overlay,
-            "live": state.live,
-            "result": None if state.result is None else _told(state.result),
-        }
-    )
+    return to_json(to_document(state))
 
 
 @lru_cache(maxsize=2)
@@ -74,12 +77,19 @@ def read(path: str | Path) -> Snapshot:
     """
     document = read_object(path)
     try:
-        return _from_document(document)
+        return from_document(document)
     except KneecoreError as error:
         raise FileFormatError(f"{path}: {error}") from None
 
 
-def _from_document(document: dict[str, Any]) -> Snapshot:
+def from_document(document: dict[str, Any]) -> Snapshot:
+    """Return the state that `to_document` has told.
+
+    Raises
+    ------
+    KneecoreError
+        If it is of another version or disagrees with itself.
+    """
     if document.get("schema") != SCHEMA:
         raise FileFormatError(
             f"`schema` is {str(document.get('schema'))[:40]!r}; {SCHEMA!r} is allowed"
@@ -87,7 +97,7 @@ def _from_document(document: dict[str, Any]) -> Snapshot:
     wrong = sorted(_KEYS ^ (set(document) - {DIGEST}))
     if wrong:
         raise FileFormatError(f"the key {wrong[0][:40]!r} is missing or unknown")
-    knee = _knee(document["baseline"])
+    knee = knee_of(document["baseline"])
     bounds = _bounds(document["bounds"])
     bounds.space(knee)  # raises where no knee fits them
     return Snapshot(
@@ -101,7 +111,8 @@ def _from_document(document: dict[str, Any]) -> Snapshot:
     )
 
 
-def _knee(text: Any) -> KneeFile:
+def knee_of(text: Any) -> KneeFile:
+    """Return the baseline of a state from the text that tells it."""
     packaged = packaged_knee()  # known by being itself
     if text == _knee_text(packaged):
         return packaged

@@ -16,7 +16,7 @@ from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
 from kneeviz.views.commands import add_commands
-from kneeviz.views.html.pieces import box, escape, faint, status
+from kneeviz.views.html.pieces import box, escape, faint, status, unseen_title
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.tabs.events import on_press, on_value
 
@@ -69,7 +69,7 @@ class ModelView:
         return theme.palette(self.dark)
 
     def _add_left(self, gui: Any, post: Post, state: ModelState) -> None:
-        gui.add_html(theme.VISER_TEXTS)
+        gui.add_html(theme.VISER_TEXTS + unseen_title(escape(state.model.name)))
         self.left = gui.add_panel()
         with self.left.add_tab("Outputs"):
             self.legend = gui.add_html("")
