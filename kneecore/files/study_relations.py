@@ -101,8 +101,17 @@ def _influence(found: InfluenceResult) -> None:
     check_holds("n_failed_rows", fits, "the others of the rows that were evaluated are `n_base`")
     _counts(found.counts, used.n_evaluations)
     least, in_a_row = used.n_failed_rows, len(found.names) + 2
-    failed = found.counts.get("failed", least)
-    check_holds("counts.failed", least <= failed <= least * in_a_row, "they are in failed rows")
+    failed, partial = found.counts.get("failed", least), found.counts.get("partial", 0)
+    in_rows = failed <= least * in_a_row and least <= failed + partial
+    check_holds("counts.failed", in_rows, "they are in failed rows")
+    if used.n_used is not None:
+        _between("n_used", used.n_used, 0, used.n_base)
+        check_holds("n_used", (used.n_used < used.n_base).any(), "below `n_base` for some output")
+        check_holds("n_used", partial > 0, "some runs failed in some outputs only")
+        has = np.isfinite(used.total_order).any(axis=1)
+        check_holds(
+            "n_used", ~(has & used.unknown), "less than a quarter of `n_base` has no indices"
+        )
     for name in ("first_order", "total_order"):
         both = getattr(used, f"{name}_interval")
         if both is not None:
@@ -122,7 +131,9 @@ def _influence(found: InfluenceResult) -> None:
 
 def _landscape(found: Landscape) -> None:
     _counts(found.counts, found.n_models)
-    check_equal("counts.failed", found.counts.get("failed", found.n_failed), found.n_failed)
+    gappy = int(np.count_nonzero(~np.isfinite(found.y).all(axis=-1)))
+    told = sum(found.counts.get(name, 0) for name in ("failed", "partial"))
+    check_equal("counts.failed", told if found.counts else gappy, gappy)
     check_within("x", found.model, found.x[None])
     for name, axis in zip(found.names, found.axes, strict=True):
         check_holds("axes", np.diff(axis) > 0.0, "they rise")

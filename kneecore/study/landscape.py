@@ -29,6 +29,7 @@ from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
 from kneecore.study.budget import grid_budget
+from kneecore.study.partial import count_partial
 
 __all__ = ["Landscape", "landscape"]
 
@@ -67,8 +68,8 @@ class Landscape(Presented):
 
     @property
     def n_failed(self) -> int:
-        """Number of models that failed."""
-        return int(np.count_nonzero(~np.isfinite(self.y).all(axis=-1)))
+        """Number of models that failed in all outputs; one that failed costs a hole in its own."""
+        return int(np.count_nonzero(~np.isfinite(self.y).any(axis=-1)))
 
     @property
     def error(self) -> FloatArray | None:
@@ -106,6 +107,7 @@ def _run(
     for done in model.stream(batches, observe=True, watch=watch):
         parts.append(done.y)
         counts.update(done.counts)
+        count_partial(counts, done.y)
     if sum(map(len, parts)) < len(points):
         raise Cancelled
     watch(len(points))

@@ -29,6 +29,7 @@ from kneecore.presented import Presented
 from kneecore.progress import Callback, Cancelled, Progress
 from kneecore.record import Arrays, KeptStep, kept_step
 from kneecore.study.arguments import checked_settings
+from kneecore.study.partial import count_partial
 from kneecore.study.settings import SamplingSettings
 
 __all__ = ["MonteCarloResult", "Spread", "monte_carlo"]
@@ -104,17 +105,14 @@ class _Sums:
         """Take in a batch; failed samples only count, and an output that failed costs itself."""
         finite = np.isfinite(done.y)
         good, usable = finite.all(axis=1), finite.any(axis=1)
-        n_partial = int(np.count_nonzero(usable & ~good))
-        self._add_y(done.y[usable], with_gaps=n_partial > 0)
+        self._add_y(done.y[usable], with_gaps=bool((usable & ~good).any()))
         for name, values in done.observed.items():
             self.streams.setdefault(name, Stream(self.total)).add(values[good])
         if self.marks is not None:
             self.below = self.below + (done.y[usable][:, None] < self.marks[None]).sum(axis=0)
         for name, count in done.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count
-        if n_partial:
-            self.counts["failed"] -= n_partial
-            self.counts["partial"] = self.counts.get("partial", 0) + n_partial
+        count_partial(self.counts, done.y)
         self.n_done += len(done.y)
 
     def _add_y(self, y: FloatArray, *, with_gaps: bool) -> None:

@@ -291,7 +291,8 @@ def landscape_key(state: ModelState, shown: Picture, colours: theme.Palette) -> 
     assert found is not None
     lines = []
     if not state.in_surrogate:
-        failed = f", {found.n_failed:,} failed (holes)" if found.n_failed else ""
+        n_failed = int(np.count_nonzero(~np.isfinite(found.y[..., state.column])))
+        failed = f", {n_failed:,} failed (holes)" if n_failed else ""
         lines.append(f"{swatch(colours.current)}model: {found.n_models:,} runs{failed}")
     if shown.surrogate is not None:
         lines.append(f"{swatch(colours.surrogate)}surrogate")
