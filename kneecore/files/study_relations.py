@@ -109,9 +109,7 @@ def _influence(found: InfluenceResult) -> None:
         check_holds("n_used", (used.n_used < used.n_base).any(), "below `n_base` for some output")
         check_holds("n_used", partial > 0, "some runs failed in some outputs only")
         has = np.isfinite(used.total_order).any(axis=1)
-        check_holds(
-            "n_used", ~(has & used.unknown), "less than a quarter of `n_base` has no indices"
-        )
+        check_holds("n_used", ~(has & used.unknown), "less than a quarter has no indices")
     for name in ("first_order", "total_order"):
         both = getattr(used, f"{name}_interval")
         if both is not None:
