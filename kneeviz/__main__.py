@@ -51,8 +51,8 @@ class Options:
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
     state: _File = None
-    """A file that keeps the knee, bounds, settings and result of the shared page as they change.
-    If it is there, the page opens as it was left."""
+    """A file that keeps the knee and its bounds, or the inputs of your model, the settings and the
+    result of the shared page as they change. If it is there, the page opens as it was left."""
     shared: bool = False
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
@@ -143,12 +143,10 @@ def start(options: Options) -> "App":
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
-    for name in ("baseline", "state"):
-        if options.model is not None and getattr(options, name) is not None:
-            raise ParameterError(
-                f"`{name}` is {getattr(options, name)!r}; it is the knee's, and with `model` "
-                "there is none"
-            )
+    if options.model is not None and options.baseline is not None:
+        raise ParameterError(
+            f"`baseline` is {options.baseline!r}; it is the knee's, and with `model` there is none"
+        )
     if options.state is not None and options.per_visitor:
         raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)

@@ -141,7 +141,7 @@ class Page:
 
     def begin(self) -> None:
         """Let the present state be the one where the page began."""
-        self.history = History(self.snapshot())
+        self.history: History[Snapshot] = History(self.snapshot())
 
     def snapshot(self) -> Snapshot:
         """Return what a visitor may change and want back, as it is now."""
@@ -153,7 +153,7 @@ class Page:
             result=None if self.live.on else state.result,
             overlay=self.overlay,
             live=self.live.on,
-            settings=self.view.settings,
+            settings=self.view.settings.values,
         )
 
     def advance(self, now: float) -> None:

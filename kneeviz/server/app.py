@@ -13,11 +13,11 @@ import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
 from kneecore.files.folder import write_file
 from kneeviz import viser_broadcast, viser_internals
-from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
-from kneeviz.anymodel.actions.files import of_this_model
+from kneeviz.anymodel import saved as model_saved
 from kneeviz.anymodel.actions.search import take_result as take_model_result
 from kneeviz.anymodel.session import ModelSession
+from kneeviz.anymodel.state import of_this_model
 from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.jobs.keeper import Keeper
@@ -28,7 +28,6 @@ from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
 from kneeviz.state import results, saved
-from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -66,9 +65,9 @@ class App:
     ------
     ParameterError
         If `result` is of another model, a knee and a model are given, or `state` is given though
-        there is a model or visitors have pages of their own.
+        visitors have pages of their own.
     FileFormatError
-        If the file of the state cannot be read, or `result` is none of `model`.
+        If the file of the state cannot be read, or it or `result` is none of `model`.
     OutputError
         If the state cannot be written.
     """
@@ -88,12 +87,13 @@ class App:
     ) -> None:
         if state is not None and not shared:
             raise ParameterError("`state` is given, but each visitor has a page of his own")
-        left = saved.read(state) if state is not None and Path(state).exists() else None
+        if model is not None and knee is not None:
+            raise ParameterError("`knee` and `model` are given; only one of them is allowed")
         self._knee = kneecore.packaged_knee() if knee is None else knee
-        for name, given in (("knee", knee), ("state", state)):
-            if model is not None and given is not None:
-                raise ParameterError(f"`{name}` and `model` are given; only one of them is allowed")
         self._model, self._result = model, result
+        left = None
+        if state is not None and Path(state).exists():
+            left = saved.read(state) if model is None else model_saved.read(state, model)
         if result is not None:
             self._result = (
                 results.of_knees(result) if model is None else of_this_model(model, result)
@@ -165,17 +165,14 @@ class App:
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
-    def _share(self, left: Snapshot | None, path: Path | None) -> None:
+    def _share(self, left: Any, path: Path | None) -> None:
         """Make the page of all visitors; it opens as it was `left`, and is kept at `path`."""
-        if self._model is not None:
-            self._common[None] = self._made(self.server, self.server.get_clients)
-            return
         session = self._common[None] = self._session(self.server, self.server.get_clients)
         try:
             if left is not None:
-                undo.open_as_left(session.page, left)
+                session.open_as_left(left)
             if path is not None:
-                write_file(path, saved.to_text(session.page.snapshot()).encode())
+                write_file(path, session.told(self.page.snapshot()).encode())
                 self._keeper = Keeper(path, lambda why: session.post("not_kept", why))
                 session.page.keep = self._keep
         except KneecoreError:
@@ -183,28 +180,26 @@ class App:
             raise
         self._start(session)
 
-    def _keep(self, state: Snapshot) -> None:
-        assert self._keeper is not None
-        self._keeper.keep(lambda: saved.to_text(state))
+    def _keep(self, state: Any) -> None:
+        keeper, session = self._keeper, self.session
+        assert keeper is not None
+        keeper.keep(lambda: session.told(state))
 
-    def _made(self, target: Target, clients: Clients) -> Served:
-        """Return the session of a new page, started."""
+    def _session(self, target: Target, clients: Clients) -> Served:
+        """Return the session of a new page, not yet started."""
+        session: Served
         if self._model is None:
-            return self._start(self._session(target, clients))
-        session = ModelSession(target, self._model, clients)
-        if self._result is not None:
-            take_model_result(session.page, self._result)
-        session.start()
-        return session
-
-    def _session(self, target: Target, clients: Clients) -> Session:
-        session = Session(target, self._knee, clients)
-        if self._result is not None:
-            take_result(session.page, self._result)
+            session = Session(target, self._knee, clients)
+            if self._result is not None:
+                take_result(session.page, self._result)
+        else:
+            session = ModelSession(target, self._model, clients)
+            if self._result is not None:
+                take_model_result(session.page, self._result)
         session.page.begin()
         return session
 
-    def _start(self, session: Session) -> Session:
+    def _start(self, session: Served) -> Served:
         session.start()
         if self.warm_up is not None:
             self.warm_up.tell(session.post)
@@ -213,7 +208,7 @@ class App:
     def _session_of(self, client: viser.ClientHandle) -> Served | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._made(client, lambda: {client.client_id: client})
+        return self._start(self._session(client, lambda: {client.client_id: client}))
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:

@@ -15,7 +15,7 @@ from kneeviz.jobs import keeper as keeper_module
 from kneeviz.jobs.keeper import Keeper
 from kneeviz.server.app import App
 from kneeviz.state import saved
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 ACL_Y = NAMES.index("acl_femur_y")
 KNEE = asset_path("baseline.toml").read_text(encoding="utf-8")

@@ -59,6 +59,8 @@ def _ran(page: ModelPage, ran: Ran) -> None:
         page.say(READY_SLOW if state.slow else "Ready.")
     if first:
         _begin(page)
+        if not (state.at_home or state.slow):  # it was opened as it had been left
+            page.follow()
 
 
 def _begin(page: ModelPage) -> None:

@@ -38,8 +38,6 @@ class SearchTab:
         on_press(self.cancel, post, "search_cancel")
         on_press(self.adopt, post, "adopt")
         on_value(self.overlay, post, "overlay")
-        for handle in (self.first, self.more):
-            on_value(handle, post, "costs")
 
     def _add_settings(self, gui: Any, state: ModelState) -> None:
         usual, told = self._usual, {one.name: one.help for one in options_of(SearchSettings)}
@@ -60,6 +58,16 @@ class SearchTab:
             self.seed = gui.add_number(
                 "Seed", usual.seed, min=0, max=2**31 - 1, step=1, hint=told["seed"]
             )
+
+    @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what a search is told, by name."""
+        return {
+            "search.objective": self.counts,
+            "search.training_samples": self.first,
+            "search.repair_models": self.more,
+            "search.seed": self.seed,
+        }
 
     @property
     def settings(self) -> SearchSettings:

@@ -95,8 +95,18 @@ class StudyTab:
         on_value(self.height, post, "column")
         for k, handle in enumerate(self.axes):
             on_value(handle, post, ("axis", k))
-        for handle in (self.of, self.n_samples, self.n_base, self.grid):
-            on_value(handle, post, "costs")
+
+    @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what studies are told, by name."""
+        return {
+            "study.of": self.of,
+            "study.samples": self.n_samples,
+            "study.sampling": self.sampling,
+            "study.base_rows": self.n_base,
+            "study.grid": self.grid,
+            "study.seed": self.seed,
+        }
 
     @property
     def in_surrogate(self) -> bool:
