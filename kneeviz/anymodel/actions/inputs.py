@@ -131,7 +131,7 @@ def _drawn(page: ModelPage, drawn: Drawn, whose: int) -> None:
         if whose == OWN:
             page.tell_trouble("The picture", None)
     elif whose == OWN:
-        page.tell_trouble("The picture", f"`draw` raised {drawn.why}")
+        page.tell_trouble("The picture", f"`draw` {drawn.why}")
     page.touched = True
 
 
