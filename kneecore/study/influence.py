@@ -23,7 +23,7 @@ from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
 from kneecore.numerics.sensitivity import Indices, sobol_indices
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.study.arguments import checked_settings
 from kneecore.study.partial import count_partial
 from kneecore.study.settings import InfluenceSettings
@@ -159,12 +159,14 @@ def _sums_of_groups(model: Model, first_order: FloatArray) -> dict[str, FloatArr
 
 def _indices(model: UnitModel, settings: InfluenceSettings, callback: Callback | None) -> Indices:
     reached = [0, settings.n_base]
+    clock = Clock()
 
     def watch(done: int, total: int) -> object:
         reached[:] = done, total
         if callback is None:
             return False
-        return callback(Progress(stage="sampling", done=done, total=total))
+        left = clock.left(done, total - done)
+        return callback(Progress(stage="sampling", done=done, total=total, seconds_left=left))
 
     def run(u: FloatArray) -> FloatArray:
         # Within a batch of base rows too, for a slow model's sake.

@@ -25,7 +25,7 @@ from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
 from kneecore.study.budget import grid_budget
@@ -94,9 +94,11 @@ def _run(
     model: Model, points: FloatArray, callback: Callback | None
 ) -> tuple[FloatArray, dict[str, int]]:
     """Run a model for points (n, d), with a report after every few; count what became of them."""
+    clock, total = Clock(), len(points)
 
     def watch(done: int) -> object:
-        report = Progress(stage="sampling", done=done, total=len(points))
+        left = clock.left(done, total - done)
+        report = Progress(stage="sampling", done=done, total=total, seconds_left=left)
         return callback is not None and callback(report)
 
     if watch(0):

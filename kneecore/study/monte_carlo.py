@@ -26,7 +26,7 @@ from kneecore.model import Evaluation, Model
 from kneecore.numerics.moments import GappyStream, Stream, restored
 from kneecore.numerics.sampling import batches, n_drawn
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.record import Arrays, KeptStep, kept_step
 from kneecore.study.arguments import checked_settings
 from kneecore.study.partial import count_partial
@@ -269,9 +269,12 @@ def _sample(
                 expected.append(len(unit))
                 yield model.drawn(unit)
 
+    clock = Clock()
+
     def watch(done: int) -> object:
         done = min(n_before + done, sums.total)
-        report = Progress(stage="sampling", done=done, total=sums.total)
+        left = clock.left(done - n_before, sums.total - done)
+        report = Progress(stage="sampling", done=done, total=sums.total, seconds_left=left)
         return callback is not None and callback(report)
 
     for done in model.stream(points_left(), observe=True, watch=watch):

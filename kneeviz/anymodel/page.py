@@ -254,4 +254,6 @@ class ModelPage:
         pictures += [state.shapes.get(w) if state.overlay else None for w in (ONE, TWO)]
         self.frame = widened(self.frame, [p for p in pictures if p])
         if self.frame is not None:
-            self.view.scene.draw(pictures, self.frame, self.view.colours)
+            scene, colours = self.view.scene, self.view.colours
+            scene.draw(pictures, self.frame, colours)
+            scene.draw_scale(self.frame, state.model.picture_unit, colours)

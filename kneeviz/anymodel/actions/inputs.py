@@ -7,6 +7,7 @@ from kneeviz.anymodel import work
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.anymodel.pictures import OWN, Drawn
 from kneeviz.anymodel.runs import Ran
+from kneeviz.anymodel.views import words
 from kneeviz.anymodel.views.words import duration
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
@@ -103,6 +104,9 @@ def _learn(page: ModelPage, value: Asked) -> None:
 def _learn_progress(page: ModelPage, news: JobProgress) -> None:
     if news.job is page.state.job:
         page.view.running.progress.value = news.percent
+        left = words.time_left(news.seconds_left)
+        if left and not page.troubles:
+            page.say(f"Learning a surrogate … {left}", "busy")
 
 
 def _learn_done(page: ModelPage, news: JobDone) -> None:

@@ -48,6 +48,7 @@ def _progress(page: ModelPage, news: JobProgress) -> None:
         tab.progress.value = first * news.percent
     elif news.stage == "repair":
         tab.progress.value = 100.0 * first + (1.0 - first) * news.percent
+    tab.left.content = words.time_left(news.seconds_left)
     if news.best is not None:
         state.rising.append(news.best)
         best = f"Best f so far: <b>{words.told(news.best, state.model.objective_unit)}</b>"

@@ -106,6 +106,7 @@ _WORK: dict[str, Callable[[ModelPage, Model], Work[Any]]] = {
 def _progress(page: ModelPage, news: JobProgress) -> None:
     if news.job is page.state.job:
         page.view.study.progress.value = news.percent
+        page.view.study.left.content = words.time_left(news.seconds_left)
 
 
 def _done(page: ModelPage, news: JobDone) -> None:

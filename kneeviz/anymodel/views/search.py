@@ -27,6 +27,7 @@ class SearchTab:
         )
         self.cost = gui.add_html("")
         self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.left = gui.add_html("", visible=False)
         self.rising = gui.add_html("", visible=False)
         self.cancel = gui.add_button("Cancel the search", color="red", visible=False)
         self.found = gui.add_html("")
@@ -92,7 +93,8 @@ class SearchTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the button, or the other way round."""
         self.start.disabled = running
-        self.progress.visible = self.rising.visible = self.cancel.visible = running
+        for handle in (self.progress, self.left, self.rising, self.cancel):
+            handle.visible = running
         if running:
             self.progress.value = 0.0
-            self.rising.content = ""
+            self.left.content = self.rising.content = ""

@@ -46,6 +46,7 @@ class StudyTab:
         }
         self.cost = gui.add_html("")
         self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.left = gui.add_html("", visible=False)
         self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
         self._add_landscape(gui, state)
         self.band = gui.add_checkbox(
@@ -128,6 +129,7 @@ class StudyTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
         show_running(self, running)
+        self.left.visible, self.left.content = running, ""
 
     def show_landscape(self, shown: bool) -> None:
         """Show what belongs to the landscape, or hide it."""

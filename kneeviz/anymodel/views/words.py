@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import Input, MonteCarloResult, SearchResult
+from kneecore import Input, Model, MonteCarloResult, SearchResult
 from kneecore.report.influence import answer
 from kneecore.report.tables import with_unit
 from kneeviz.anymodel.curves import Curves
@@ -50,6 +50,13 @@ def duration(seconds: float) -> str:
         if seconds >= 2.0 * size:
             return f"{seconds / size:.0f} {word}"
     return f"{seconds:.0f} s"
+
+
+def time_left(seconds: float | None) -> str:
+    """Return what is left to wait for; nothing where it is unknown or soon over."""
+    if seconds is None or seconds < 2.0:
+        return ""
+    return faint(f"At most {duration(seconds)} left.")
 
 
 def swatch(colour: str, style: str = "solid") -> str:
@@ -143,6 +150,14 @@ def held(inputs: Sequence[Input]) -> str:
     return box(faint("Held: " + ", ".join(names) + (f" and {more} more" if more > 0 else "") + "."))
 
 
+def drawn(model: Model) -> str:
+    """Return how samples of the inputs are drawn, where it is not uniformly and independently."""
+    if not model.drawn_as:
+        return ""
+    told = f"Band and influence draw the inputs by their distributions: {escape(model.drawn_as)}."
+    return box(faint(f"{told} The search takes the bounds. Each slider\u2019s hint has its own."))
+
+
 def cost(state: ModelState, n_runs: Mapping[str, int]) -> str:
     """Return what so many runs of a slow model take, by what they are for."""
     seconds = state.seconds
@@ -160,6 +175,8 @@ def found(result: SearchResult, *, same_bounds: bool) -> str:
     if result.verdict is not None:
         word = coloured(result.verdict.word, _HUES[result.verdict.word])
         lines.append(" ".join([f"Verdict: {word}.", *map(escape, result.verdict.reasons)]))
+        if result.verdict.outlook:
+            lines.append(faint(escape(result.verdict.outlook)))
     if result.repair is not None:
         n = result.counts.get("models_simulated", 0)
         failed = result.counts.get("models_failed", 0)
