@@ -34,6 +34,7 @@ FloatArray = NDArray[np.float64]
 
 _OF_VALUES = (
     "integer", "choices", "distribution", "deviations", "mode", "least", "most", "quantile",
+    "measurement",
 )  # fmt: skip
 
 

@@ -187,7 +187,8 @@ def _accuracy_allocation(found: AccuracyAllocation) -> None:
     model, within = found.model, found.settings.within
     costs = found.settings.costs or {}
     check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])
-    if isinstance(model, Knee):  # of any other, files do not hold what is measured together
+    # Other models may tell what is measured together in ways that files do not hold.
+    if isinstance(model, Knee) or any(one.measurement for one in model.inputs):
         members = members_of(model)
         if found.names != tuple(members):
             raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
@@ -241,9 +242,11 @@ def _surrogate_quality(quality: SurrogateQuality) -> None:
         size=1.0,
         rounding=rounding,
     )
-    check_holds(
-        "n_failed", quality.n_failed < quality.settings.training_samples, "below `training_samples`"
-    )
+    n_training = quality.settings.training_samples
+    check_holds("n_failed", quality.n_failed < n_training, "below `training_samples`")
+    _counts(quality.counts, n_training + quality.settings.n_test)
+    failed = quality.n_failed + quality.settings.n_test - quality.n_test
+    check_equal("counts.failed", quality.counts.get("failed", failed), failed)
 
 
 def _comparison(found: Comparison) -> None:

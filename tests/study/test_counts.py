@@ -16,6 +16,7 @@ from kneecore import (
     ModelError,
     Output,
     ParameterSpace,
+    SurrogateQualitySettings,
     TrainingSweepSettings,
 )
 from kneecore.files.digest import with_digest
@@ -28,6 +29,9 @@ WIDE = ParameterSpace(geometry_bound_mm=3, slope_bound_deg=3, material_bound_per
 STUDIES = {
     "influence": lambda knee: kneecore.influence(knee, InfluenceSettings(n_base=4)),
     "landscape": lambda knee: kneecore.landscape(knee, ("condyle_x", "condyle_y"), n_points=5),
+    "quality": lambda knee: kneecore.surrogate_quality(
+        knee, SurrogateQualitySettings(training_samples=40, n_test=20)
+    ),
     "training": lambda knee: kneecore.training_sweep(
         knee, TrainingSweepSettings(sizes=(40,), n_seeds=2, method="exact")
     ),

@@ -110,6 +110,7 @@ class TestSearch:
         visitor.wait(lambda c: "Verdict: " in text(c, page.view.search.found))
         told = text(visitor, page.view.search.found)
         assert found.verdict.word in told
+        assert found.verdict.outlook in told
         assert "gap" in told
 
     def test_both_are_drawn_over_the_own_one_and_can_be_hidden(self, page, visitor):

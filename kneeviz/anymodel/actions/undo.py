@@ -82,7 +82,7 @@ def _start_over(page: ModelPage, _value: Asked | None) -> None:
     page.history.rest()
     stop_search(page)
     restore(page, page.history.start)
-    page.say("Started over: inputs and settings as at first. Undo brings yours back.")
+    page.say("Started over. Undo brings back what you had.")
 
 
 def _not_kept(page: ModelPage, why: str) -> None:
