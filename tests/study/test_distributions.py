@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from results import check_comes_back
 from scipy import stats
 
 import kneecore
@@ -137,3 +138,23 @@ def test_another_distribution_is_another_study():
     """What was kept of one is not taken for the other."""
     one, two = linear(), linear([("x_0", "x_1", 0.5)])
     assert len({one.identity, two.identity, linear(distribution="triangular").identity}) == 3
+
+
+def test_a_searchs_file_of_such_inputs_follows_the_schema():
+    inputs = [
+        Input("a", choices=[1.0, 2.2, 4.7], measurement="scale"),
+        Input("b", nominal=100.0, tolerance_percent=20, distribution="truncated-normal",
+              deviations=2, quantile=0.95),
+        Input("c", lower=17, upper=21, integer=True),
+        Input("d", lower=0.5, upper=2.0, distribution="log-normal", least=0.1, most=5.0),
+        Input("e", lower=0.0, upper=1.0, distribution="triangular", mode=0.2),
+    ]  # fmt: skip
+    model = Model(np.sum, inputs, [Output("y")], correlation=[("b", "d", -0.4)])
+    settings = SearchSettings(training_samples=7, pop_size=20, n_generations=2)
+    told = check_comes_back(worst_case(model, settings))
+    assert set().union(*told["model"]["inputs"]) >= {
+        "choices",
+        "integer",
+        "quantile",
+        "measurement",
+    }
