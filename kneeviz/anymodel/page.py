@@ -228,6 +228,7 @@ class ModelPage:
         view.running.run.visible = state.slow
         if state.slow and state.seconds is not None:
             view.running.run.label = f"Run the model here ({words.duration(state.seconds)})"
+        view.study.drawn.show()
         view.search.cost.content = words.cost(state, {"At most": view.search.n_runs})
         studies = {} if view.study.in_surrogate else view.study.n_runs(state.model.n_free)
         view.study.cost.content = words.cost(state, studies)

@@ -134,6 +134,27 @@ def test_the_worst_case_of_a_quantile_box():
     np.testing.assert_array_equal(monte_carlo(model, how).y.sd, monte_carlo(linear(), how).y.sd)
 
 
+def test_a_model_with_other_distributions():
+    steps = Input("steps", lower=1, upper=5, integer=True)
+    inputs = [
+        Input("a", nominal=10.0, tolerance_percent=5),
+        Input("b", lower=1.0, upper=2.0),
+        steps,
+    ]
+    model = Model(np.sum, inputs, [Output("y")])
+    other = model.with_distributions(
+        {"a": ("normal", 2.0), "b": ("log-normal", None), "steps": ("normal", None)}
+    )
+    assert [i.distribution for i in other.inputs] == ["normal", "log-normal", "uniform"]
+    assert [i.deviations for i in other.inputs] == [2.0, 3.0, None]
+    assert (other.inputs[0].lower, other.inputs[0].nominal) == (9.5, 10.0)
+    assert model.is_uniform
+    back = other.with_distributions({"a": ("uniform", None), "b": ("uniform", None)})
+    assert back.identity == model.identity
+    with pytest.raises(ParameterError, match="`kinds` names 'z'; a, b, steps are allowed"):
+        model.with_distributions({"z": ("normal", None)})
+
+
 def test_another_distribution_is_another_study():
     """What was kept of one is not taken for the other."""
     one, two = linear(), linear([("x_0", "x_1", 0.5)])

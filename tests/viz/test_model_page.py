@@ -173,6 +173,25 @@ class TestStudy:
         page.post(("study", "landscape"), None)
         eventually(lambda: not page.state.landscape_shown)
 
+    def test_inputs_are_drawn_as_is_chosen(self, page):
+        drawn = page.view.study.drawn
+        kind, far = (drawn.by_name[f"study.{n}.rod"] for n in ("distribution", "deviations"))
+        assert not far.visible
+        for handle, value in ((kind, "normal"), (far, 2.0)):
+            handle.value = value
+            page.post(("setting", "study"), Asked(handle, -1, value))
+        eventually(lambda: far.visible)
+        assert drawn.chosen == {"rod": ("normal", 2.0)}
+        before = page.state.sampled
+        page.post(("study", "sampling"), None)
+        eventually(lambda: page.state.sampled is not before and page.state.job is None)
+        assert page.state.sampled.model.drawn_as == "2 uniform, 1 normal with bounds at 2 sd"
+        assert "1 normal with bounds at 2 sd" in page.view.study.sampled.content
+        kind.value = "uniform"
+        page.post(("setting", "study"), Asked(kind, -1, "uniform"))
+        eventually(lambda: not far.visible)
+        assert drawn.chosen == {}
+
 
 class TestFiles:
     def test_a_result_goes_out_and_comes_back_as_it_was(self, page, visitor):

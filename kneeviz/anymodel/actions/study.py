@@ -61,6 +61,8 @@ def start(page: ModelPage, kind: str) -> None:
         assert state.surrogate is not None
         model = work.stand_in(state.surrogate)
     try:
+        if kind != "landscape":
+            model = model.with_distributions(tab.drawn.chosen)
         job = Job("study", _WORK[kind](page, model), page.post, kind=kind, keeps=kind == "sampling")
     except KneecoreError as error:
         page.say(f"Not done: {escape(str(error))}", "bad")

@@ -4,6 +4,7 @@ from typing import Any, get_args
 
 from kneecore.numerics.sampling_options import Sampling
 from kneeviz.anymodel.state import ModelState
+from kneeviz.anymodel.views.distributions import Distributions
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.tabs.events import on_press, on_value
@@ -54,6 +55,7 @@ class StudyTab:
         )
         self.sampled = gui.add_html("")
         self._add_settings(gui)
+        self.drawn = Distributions(gui, state.model)
         self._connect(post)
 
     def _add_landscape(self, gui: Any, state: ModelState) -> None:
@@ -107,6 +109,7 @@ class StudyTab:
             "study.base_rows": self.n_base,
             "study.grid": self.grid,
             "study.seed": self.seed,
+            **self.drawn.by_name,
         }
 
     @property

@@ -155,7 +155,7 @@ def drawn(model: Model) -> str:
     if not model.drawn_as:
         return ""
     told = f"Band and influence draw the inputs by their distributions: {escape(model.drawn_as)}."
-    return box(faint(f"{told} The search takes the bounds. Each slider\u2019s hint has its own."))
+    return box(faint(f"{told} The search takes the bounds."))
 
 
 def cost(state: ModelState, n_runs: Mapping[str, int]) -> str:
@@ -244,9 +244,13 @@ def sampled(study: MonteCarloResult) -> str:
     note = (
         f"{stopped}{study.n_samples:,} runs of the {escape(study.model.name)}, "
         f"{study.settings.sampling}, seed {study.settings.seed}: "
-        f"<b>{study.n_failed:,} failed</b>."
+        f"<b>{study.n_failed:,} failed</b>.{_drawn_as(study.model)}"
     )
     return box(f"{plain(study.summary())}<br>{faint(note)}")
+
+
+def _drawn_as(model: Model) -> str:
+    return f" Inputs: {escape(model.drawn_as)}." if model.drawn_as else ""
 
 
 def comparison(state: ModelState, colours: theme.Palette) -> str:
@@ -293,7 +297,8 @@ def influence(state: ModelState, colours: theme.Palette) -> str:
         quantity=title,
         most=_MOST_BARS,
     )
-    foot = faint(f"{caption(found, bars=True)} Of the {escape(found.model.name)}.")
+    of = f"Of the {escape(found.model.name)}.{_drawn_as(found.model)}"
+    foot = faint(f"{caption(found, bars=True)} {of}")
     return box(head) + box(drawn + foot, style="padding-top:0")
 
 
