@@ -187,11 +187,11 @@ def _accuracy_allocation(found: AccuracyAllocation) -> None:
     model, within = found.model, found.settings.within
     costs = found.settings.costs or {}
     check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])
-    # Other models may tell what is measured together in ways that files do not hold.
-    if isinstance(model, Knee) or any(one.measurement for one in model.inputs):
-        members = members_of(model)
-        if found.names != tuple(members):
-            raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+    members = members_of(model)
+    told = isinstance(model, Knee) or any(one.measurement for one in model.inputs)
+    if told and found.names != tuple(members):  # older files of other models do not tell
+        raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+    if isinstance(model, Knee):  # of others it is not told whether they were per cent
         stated = [tolerance for tolerance, _ in stated_tolerances(model, members.values())]
         check_equal("measurements.stated", found.stated, stated)
     known = sorted(name for group in found.inputs for name in group)

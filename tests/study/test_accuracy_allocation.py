@@ -267,8 +267,8 @@ class TestEdges:
         again, document = (f(found.to_json()) for f in (type(found).from_json, json.loads))
         assert again.model.measurements == {"a": "both", "b": "both", "c": "c"}
         assert again.names == found.names == ("both", "c")
-        document["measurements"][0]["stated"] = 2.0
-        with pytest.raises(FileFormatError, match=r"`measurements\.stated`"):
+        document["measurements"][0]["name"] = "each"
+        with pytest.raises(FileFormatError, match="`measurements` must be both, c"):
             type(found).from_json(json.dumps(with_digest(document)))
 
     def test_an_interior_maximum_needs_no_accuracy(self):
