@@ -12,12 +12,14 @@ from kneeviz.actions import (
     knee,
     landscape,
     lesson,
+    links,
     live,
     methods,
     search,
     study,
     undo,
     view,
+    visitors,
 )
 from kneeviz.jobs.messages import asked_by
 from kneeviz.page.page import Page
@@ -42,6 +44,8 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **landscape.ACTIONS,
     **lesson.ACTIONS,
     **undo.ACTIONS,
+    **links.ACTIONS,
+    **visitors.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""

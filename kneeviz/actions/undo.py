@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,9 @@ from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
 
-_AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn"})
+_AT_WILL = frozenset(
+    {"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn", "link", "open_link"}
+)
 """What sets knee and bounds together, as was asked."""
 
 
@@ -102,6 +105,21 @@ def _restore_result(page: Page, wanted: Snapshot) -> None:
     set_overlay(page, wanted.overlay)
 
 
+def complete(page: Page, told: Snapshot) -> Snapshot:
+    """Return a state that was told, with all settings: what it does not name is as at first.
+
+    Raises
+    ------
+    FileFormatError
+        If the page has no such settings.
+    """
+    fault = page.view.settings.fault(told.settings)
+    if fault is not None:
+        raise FileFormatError(f"the state's `settings`: {fault}")
+    all_settings = dict(page.view.first_settings) | dict(told.settings)
+    return replace(told, settings=tuple(all_settings.items()))
+
+
 def open_as_left(page: Page, left: Snapshot) -> None:
     """Open a page in the state in which it was left; one step back is where it began.
 
@@ -110,10 +128,7 @@ def open_as_left(page: Page, left: Snapshot) -> None:
     FileFormatError
         If the page has no such settings.
     """
-    fault = page.view.settings.fault(left.settings)
-    if fault is not None:
-        raise FileFormatError(f"the state's `settings`: {fault}")
-    restore(page, left)
+    restore(page, complete(page, left))
     page.history.record(page.snapshot(), who=None, what=None, now=time.monotonic())
     page.history.rest()
 

@@ -58,6 +58,7 @@ OTHERS = {
     "study.intro": "the same always",
     "learn.page": "the lesson",
     "look.note": "the same always",
+    "files.link": "opens what is set now; gone as soon as that changes",
     "class_size": "a style, no text",
 }
 """Every text of the view that tells of nothing computed, and why it may stand."""

@@ -27,6 +27,7 @@ from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
 from kneeviz.state.lesson import SetAside
+from kneeviz.state.links import LinksState
 from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
 from kneeviz.state.motion import Knees, Motion, Poses
@@ -82,6 +83,7 @@ class Page:
         """Whether both worst cases are shown."""
         self.keep: Callable[[Snapshot], None] | None = None
         """Takes each new state, where it is kept beyond the page."""
+        self.links = LinksState()
         self.begin()
         self.band: Band | None = None
         """The sampling band behind the curves."""

@@ -11,7 +11,7 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, live, methods, standing, study, table, undo
+from kneeviz.actions import landscape, links, live, methods, standing, study, table, undo
 from kneeviz.jobs.worker import Actions
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.loop import Loop
@@ -73,6 +73,7 @@ class Session(Loop[Page]):
         page.advance(now)
         if actions or page.touched:
             standing.follow(page)
+            links.follow(page)
         held, page.held = page.held, False
         news = page.touched or was_moving or page.moving or (bool(actions) and not held)
         if page.model_ready and news:

@@ -32,20 +32,23 @@ _REST_LENGTHS = get_args(RestLength)
 _KEYS = {"schema", "baseline", "bounds", "knee", "settings", "overlay", "live", "result"}
 
 
+def to_document(state: Snapshot) -> dict[str, Any]:
+    """Return a state as JSON-ready values."""
+    return {
+        "schema": SCHEMA,
+        "baseline": _knee_text(state.knee),
+        "bounds": asdict(state.bounds),
+        "knee": state.x.tolist(),
+        "settings": dict(state.settings),
+        "overlay": state.overlay,
+        "live": state.live,
+        "result": None if state.result is None else told(state.result),
+    }
+
+
 def to_text(state: Snapshot) -> str:
     """Return a state as JSON: the same state, the same text."""
-    return to_json(
-        {
-            "schema": SCHEMA,
-            "baseline": _knee_text(state.knee),
-            "bounds": asdict(state.bounds),
-            "knee": state.x.tolist(),
-            "settings": dict(state.settings),
-            "overlay": state.overlay,
-            "live": state.live,
-            "result": None if state.result is None else told(state.result),
-        }
-    )
+    return to_json(to_document(state))
 
 
 def _knee_text(knee: KneeFile) -> str:
@@ -68,12 +71,19 @@ def read(path: str | Path) -> Snapshot:
         If it cannot be read, is of another version or disagrees with itself; the message names
         the file.
     """
-    return read_state(path, _from_document)
+    return read_state(path, from_document)
 
 
-def _from_document(document: dict[str, Any]) -> Snapshot:
+def from_document(document: dict[str, Any]) -> Snapshot:
+    """Return the state that `to_document` has told.
+
+    Raises
+    ------
+    KneecoreError
+        If it is of another version or disagrees with itself.
+    """
     check_keys(document, SCHEMA, _KEYS)
-    knee = _knee(document["baseline"])
+    knee = knee_of(document["baseline"])
     bounds = _bounds(document["bounds"])
     bounds.space(knee)  # raises where no knee fits them
     return Snapshot(
@@ -87,7 +97,8 @@ def _from_document(document: dict[str, Any]) -> Snapshot:
     )
 
 
-def _knee(text: Any) -> KneeFile:
+def knee_of(text: Any) -> KneeFile:
+    """Return the baseline of a state from the text that tells it."""
     packaged = packaged_knee()  # known by being itself
     if text == _knee_text(packaged):
         return packaged

@@ -36,9 +36,16 @@ class FilesTab:
         }
         gui.add_html(box("<b>Your knee</b>: baseline, bounds and current values"))
         self.knee = gui.add_button("Knee (knee.toml)")
+        self.copy = gui.add_button(
+            "Copy link",
+            color="gray",
+            hint="An address that opens this knee, its bounds and settings; no results.",
+        )
+        self.link = gui.add_html("")
         gui.add_html(box("<b>Load</b> a knee (.toml) or a result (.json)"))
         self.upload = gui.add_upload_button("Load a file …", mime_type=".toml,.json", color="gray")
         self.command = gui.add_html("")
         for name, handle in (*self.result.items(), ("knee.toml", self.knee)):
             on_press(handle, post, ("download", name))
+        on_press(self.copy, post, "copy_link")
         on_upload(self.upload, post)
