@@ -101,10 +101,12 @@ def test_all_changes_are_undone_and_done_again_to_the_same_text(page):
     assert "Undo: inputs, settings, result" in page.view.running.status.content
 
 
-def test_a_server_that_starts_again_opens_as_it_was_left(page, path):
+def test_a_server_that_starts_again_opens_as_it_was_left(page, path, tmp_path):
     left = changed(page)[-1]
     eventually(lambda: path.read_text() == left)
-    again = App(port=0, model=MODEL, state=path)
+    copy = tmp_path / "state.json"
+    copy.write_text(left)
+    again = App(port=0, model=MODEL, state=copy)
     try:
         opened = again.page
         assert saved.to_text(opened.snapshot(), MODEL) == left
@@ -115,7 +117,7 @@ def test_a_server_that_starts_again_opens_as_it_was_left(page, path):
         assert do(opened, "change", UNDO) == began
     finally:
         again.stop()
-    assert path.read_text() == began  # the last state is written before the server ends
+    assert copy.read_text() == began  # the last state is written before the server ends
 
 
 @pytest.mark.parametrize(

@@ -242,10 +242,10 @@ class TestKeptState:
         path.write_text("no state")
         for _ in range(2):
             with pytest.raises(FileFormatError):
-                KeptState(path)
+                KeptState(path, saved.read)
         path.unlink()
         for _ in range(2):
-            KeptState(path).stop()
+            KeptState(path, saved.read).stop()
         assert list(tmp_path.iterdir()) == []
 
     def test_a_lesson_is_nothing_to_come_back_to(self, page, visitor, monkeypatch):
