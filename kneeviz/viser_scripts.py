@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import viser
@@ -26,6 +28,33 @@ def watch_charts(client: viser.ClientHandle) -> None:
     measured again, and an axis that was measured at width 0 stays empty.
     """
     viser_internals.run_script(client, _WATCH_CHARTS)
+
+
+@cache
+def _look_closer() -> str:
+    return Path(__file__).with_name("charts.js").read_text(encoding="utf-8")
+
+
+def look_closer(
+    client: viser.ClientHandle,
+    *,
+    poses: Mapping[str, str] | None = None,
+    left: str | None = None,
+    keep: str | None = None,
+) -> None:
+    """Let this client tell the values at its pointer and switch curves by a legend's entries.
+
+    Parameters
+    ----------
+    client : ClientHandle
+    poses : mapping of str to str, optional
+        The charts where the pointer poses the knee, by their id, and the ids of the numbers that
+        are set to where it is.
+    left, keep : str, optional
+        Ids of the buttons that are pressed when it leaves such a chart, and when it is clicked.
+    """
+    told = json.dumps({"poses": dict(poses or {}), "left": left, "keep": keep})
+    viser_internals.run_script(client, _look_closer().replace("TOLD;", f"{told};", 1))
 
 
 _SEE_THROUGH = """(() => {
@@ -61,9 +90,27 @@ _NAME_WIDGETS = """(() => {
   };
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const inputs = "[role=slider], input:not([type=hidden])";
+  const FOLDERS = ".mantine-Paper-root[style*='cursor: pointer']";
+  const reach = (head) => {
+    const shut = head.nextElementSibling?.getAttribute("aria-hidden") === "true";
+    head.setAttribute("aria-expanded", String(!shut));
+    if (head.getAttribute("role") === "button") return;
+    head.setAttribute("role", "button");
+    head.tabIndex = 0;
+    head.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      event.stopPropagation();
+      head.click();
+    });
+  };
   clearInterval(window.__kneevizNames);
   window.__kneevizNames = setInterval(() => {
     document.documentElement.lang = "en";
+    document.getElementById("root").setAttribute("role", "main");
+    for (const [icon, text] of Object.entries(%s))
+      all(`[class*="${icon}"]`).forEach((n) => name(n.closest("button"), text));
+    all(FOLDERS).forEach(reach);
     for (const label of all("label[for]")) {
       const widget = document.getElementById(label.htmlFor), text = label.textContent.trim();
       const row = label.closest("[class*='Flex-root']");
@@ -76,12 +123,21 @@ _NAME_WIDGETS = """(() => {
 })();"""
 
 
-def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
-    """Give sliders, charts and the picture names in this client, for who hears the page.
+_ICONS = {
+    "tabler-icon-list-search": "Commands",
+    "tabler-icon-adjustments": "Connection and scene",
+    "mantine-Notification-closeButton": "Close",
+}
+"""viser's buttons without words, by their class or their icon's, and what they are for."""
 
-    viser's sliders and canvases have none.
+
+def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
+    """Give this client what viser's lacks for who hears the page, or has no mouse.
+
+    Sliders, charts, pictures and icons get names, the page its main part, and the heads of folders
+    a place in the order of focus.
     """
-    source = _NAME_WIDGETS % (chart, scene)
+    source = _NAME_WIDGETS % (json.dumps(_ICONS), chart, scene)
     viser_internals.run_script(client, source)
 
 

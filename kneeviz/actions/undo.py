@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kneecore import FileFormatError
+from kneeviz.actions.ghosts import leave_behind
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
@@ -40,10 +41,12 @@ def note(page: Page, key: Hashable, value: Any) -> None:
         is_new = steps.noted(page, key, value, drag=_dragged(page, key, value))
         if name == "grab_end":
             page.history.rest()
+    if is_new and name not in _AT_WILL:
+        _tell_what_was_clipped(page, last, asked_by(value))
+        if page.history.last is last and leave_behind(page, last):  # a step has begun
+            page.history.amend(page.snapshot())
     if is_new:
         _keep(page)
-        if name not in _AT_WILL:
-            _tell_what_was_clipped(page, last, asked_by(value))
 
 
 def _keep(page: Page) -> None:
@@ -79,6 +82,7 @@ def restore(page: Page, wanted: Snapshot) -> None:
     page.view.set_settings(wanted.settings)
     _restore_box(page, wanted)
     set_live(page, wanted.live)
+    page.ghosts = wanted.ghosts
     _restore_result(page, wanted)
     page.move_to(wanted.x)
     name_knee(page, BASELINE if page.state.at_baseline else OWN_KNEE)

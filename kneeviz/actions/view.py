@@ -118,6 +118,17 @@ def set_overlay(page: Page, shown: bool) -> None:
     page.show_overlay(shown)
 
 
+def _beside(page: Page, value: Asked) -> None:
+    set_beside(page, bool(value.value))
+
+
+def set_beside(page: Page, beside: bool) -> None:
+    """Let both worst cases stand beside the visitor's knee, or over it."""
+    page.beside, page.touched = beside, True
+    if page.view.search.beside.value != beside:
+        page.view.search.beside.value = beside
+
+
 ACTIONS: dict[str, Callable[..., None]] = {
     "play": _play,
     "position": _position,
@@ -129,4 +140,5 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "large": _large,
     "forces": _forces,
     "overlay": _overlay,
+    "beside": _beside,
 }

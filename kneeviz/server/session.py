@@ -11,7 +11,7 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, links, live, methods, standing, study, table, undo
+from kneeviz.actions import landscape, lesson, links, live, methods, standing, study, table, undo
 from kneeviz.jobs.worker import Actions
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.loop import Loop
@@ -71,6 +71,8 @@ class Session(Loop[Page]):
             self._perform("settle", None)
         slow_at = live.follow(page)
         page.advance(now)
+        if actions:
+            lesson.tell(page)
         if actions or page.touched:
             standing.follow(page)
             links.follow(page)

@@ -95,6 +95,11 @@ class History(Generic[MomentT]):
             self.rest()
         return True
 
+    @property
+    def last(self) -> MomentT | None:
+        """The state one step back; None at the beginning."""
+        return self._past[-1] if self._past else None
+
     def amend(self, state: MomentT) -> bool:
         """Make `state` the present one without a step; return whether it differs."""
         differs = not state.same_as(self.present)

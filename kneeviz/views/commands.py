@@ -50,7 +50,10 @@ COMMANDS = (
     Command(label="Cancel the search", key="cancel", hotkey="C"),
     Command(label="Live worst case on or off", key=("toggle", "live"), hotkey="L"),
     Command(label="Show or hide both worst cases", key=("toggle", "overlay"), hotkey="O"),
+    Command(label="Worst cases side by side or over yours", key=("toggle", "beside"), hotkey="B"),
     Command(label="Newtons beside the ligaments", key=("toggle", "forces"), hotkey="N"),
+    Command(label="Ghosts of your last knees on or off", key=("toggle", "ghosts"), hotkey="G"),
+    Command(label="Clear ghosts", key="clear_ghosts"),
     Command(label="Landscape or knee", key="landscape", hotkey="V"),
     Command(label="Dark or light theme", key=("toggle", "dark"), hotkey="D"),
     Command(

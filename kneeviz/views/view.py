@@ -14,10 +14,11 @@ from kneeviz.state.snapshot import Settings
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.charts.pointer import Pointer
 from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
-from kneeviz.views.html.pieces import box, faint
+from kneeviz.views.html.pieces import box, faint, unseen_title
 from kneeviz.views.html.readout import legend
 from kneeviz.views.scene.handles import HandleScene
 from kneeviz.views.scene.knee import KneeScene
@@ -34,6 +35,7 @@ from kneeviz.views.tabs.transport import add_transport
 
 FloatArray = NDArray[np.float64]
 
+TITLE = "A knee and its two worst cases"
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
 
 
@@ -73,6 +75,7 @@ class View:
         with panel.add_tab("AP"):
             self.ap_legend = gui.add_html("")
             self.ap = ApChart(gui, colours, height=400)
+            self.pointer = Pointer(gui, post)
             gui.add_html(
                 box(
                     faint(
@@ -89,7 +92,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
-        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS)
+        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS + unseen_title(TITLE))
         self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
@@ -114,6 +117,12 @@ class View:
         """Set all settings to values that `settings` has told."""
         self.settings.put(settings)
         self.search.show_method()
+
+    @property
+    def pointed(self) -> dict[str, Any]:
+        """What a browser must know of the charts over which its pointer poses the knee."""
+        angles = [chart.handle for chart in (*self.forces.charts, self.ap)]
+        return self.pointer.told(self.curve.handle, angles)
 
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""
@@ -151,11 +160,15 @@ class View:
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
-    def show_legends(self, overlays: bool, band: Band | None) -> None:
+    def show_legends(self, overlays: bool, band: Band | None, *, ghosts: bool) -> None:
         """Write the charts' keys."""
         colours = self.colours
         self.curve_legend.content = legend(
-            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+            colours,
+            overlays=overlays,
+            curve=True,
+            band=None if band is None else band.text,
+            ghosts=ghosts,
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)

@@ -16,7 +16,7 @@ from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
 from kneeviz.views.commands import add_commands
-from kneeviz.views.html.pieces import box, escape, faint, status
+from kneeviz.views.html.pieces import box, escape, faint, status, unseen_title
 from kneeviz.views.scene.landscape import LandscapeScene
 from kneeviz.views.settings import SettingHandles
 from kneeviz.views.tabs.change import add_change
@@ -70,7 +70,7 @@ class ModelView:
         return theme.palette(self.dark, large=self.large)
 
     def _add_left(self, gui: Any, post: Post, state: ModelState) -> None:
-        gui.add_html(theme.VISER_TEXTS)
+        gui.add_html(theme.VISER_TEXTS + unseen_title(escape(state.model.name)))
         self.left = gui.add_panel()
         with self.left.add_tab("Outputs"):
             self.class_size = gui.add_html("")

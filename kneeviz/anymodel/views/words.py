@@ -13,7 +13,16 @@ from kneeviz.anymodel.state import ModelState
 from kneeviz.geometry.picture import Picture
 from kneeviz.views import theme
 from kneeviz.views.html.influence import bars, caption
-from kneeviz.views.html.pieces import box, coloured, command_line, escape, faint, plain, table
+from kneeviz.views.html.pieces import (
+    box,
+    coloured,
+    command_line,
+    curve_switch,
+    escape,
+    faint,
+    plain,
+    table,
+)
 from kneeviz.views.html.strips import strip
 
 FloatArray = NDArray[np.float64]
@@ -70,19 +79,20 @@ def swatch(colour: str, style: str = "solid") -> str:
 def legend(state: ModelState, shown: Curves, colours: theme.Palette) -> str:
     """Return the charts' key: what is drawn now."""
     here = "" if state.is_here else ", for other inputs"
+    own = "model" if state.is_here else "model (last run)"
     items = [
-        (shown.own, colours.current, "solid", "model" + ("" if state.is_here else " (last run)")),
-        (shown.last, colours.current, "dotted", f"last run{here}"),
-        (shown.predicted, colours.surrogate, "dashed", "surrogate"),
-        (shown.nominal, colours.baseline, "solid", "nominal"),
-        (shown.one, colours.model_1, "solid", "model 1"),
-        (shown.two, colours.model_2, "solid", "model 2"),
-        (shown.low, colours.band_edge, "solid", "99.7 % band"),
+        ("current", shown.own, colours.current, "solid", own),
+        ("current", shown.last, colours.current, "dotted", f"last run{here}"),
+        ("surrogate", shown.predicted, colours.surrogate, "dashed", "surrogate"),
+        ("baseline", shown.nominal, colours.baseline, "solid", "nominal"),
+        ("model_1", shown.one, colours.model_1, "solid", "model 1"),
+        ("model_2", shown.two, colours.model_2, "solid", "model 2"),
+        ("band", shown.low, colours.band_edge, "solid", "99.7 % band"),
     ]
     return box(
         "".join(
-            f'<span style="white-space:nowrap;margin-right:12px">{swatch(hue, style)}{text}</span>'
-            for values, hue, style, text in items
+            curve_switch(key, swatch(hue, style) + text)
+            for key, values, hue, style, text in items
             if values is not None
         ),
         style="font-size:11.5px",
