@@ -54,8 +54,8 @@ class Options:
     knee: _Text = None
     """What a copied link has after `?knee=`: the knee, bounds and settings to open with."""
     state: _File = None
-    """A file that keeps the knee, bounds, settings and result of the shared page as they change.
-    If it is there, the page opens as it was left."""
+    """A file that keeps the knee and its bounds, or the inputs of your model, the settings and the
+    result of the shared page as they change. If it is there, the page opens as it was left."""
     shared: bool = False
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
@@ -149,7 +149,7 @@ def start(options: Options) -> "App":
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
-    for name in ("baseline", "state", "knee"):
+    for name in ("baseline", "knee"):
         if options.model is not None and getattr(options, name) is not None:
             raise ParameterError(
                 f"`{name}` is {getattr(options, name)!r}; it is the knee's, and with `model` "

@@ -15,11 +15,12 @@ from kneeviz.actions.result import forget_result, take_result
 from kneeviz.actions.search import stop_search
 from kneeviz.actions.view import set_overlay
 from kneeviz.jobs.messages import Asked, asked_by
+from kneeviz.page import steps
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
 from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.html.pieces import escape
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
@@ -37,14 +38,7 @@ def note(page: Page, key: Hashable, value: Any) -> None:
     if name in _FOLLOWS:
         is_new = page.history.amend(present)
     else:
-        drag = _dragged(page, key, value)
-        is_new = page.history.record(
-            present,
-            who=asked_by(value),
-            what=_moved(key, value) if drag is None else drag,
-            now=time.monotonic(),
-            held=drag is not None,
-        )
+        is_new = steps.noted(page, key, value, drag=_dragged(page, key, value))
         if name == "grab_end":
             page.history.rest()
     if is_new and name not in _AT_WILL:
@@ -70,12 +64,6 @@ def _tell_what_was_clipped(page: Page, last: Snapshot, client_id: int | None) ->
         values = "One value of the knee was" if n == 1 else f"{n} values of the knee were"
         text = f"{values} beyond the new bounds and set to them. Undo brings the knee back."
         page.notices.remark(client_id, "Limited", text)
-
-
-def _moved(key: Hashable, value: Any) -> Hashable | None:
-    """Return `key` if it is of a slider or a number, which a hand moves on; None otherwise."""
-    moves = isinstance(value, Asked) and type(value.value) in (int, float)
-    return key if moves else None
 
 
 def _dragged(page: Page, key: Hashable, value: Any) -> Hashable | None:
@@ -129,7 +117,7 @@ def complete(page: Page, told: Snapshot) -> Snapshot:
     FileFormatError
         If the page has no such settings.
     """
-    fault = page.view.settings_fault(told.settings)
+    fault = page.view.settings.fault(told.settings)
     if fault is not None:
         raise FileFormatError(f"the state's `settings`: {fault}")
     all_settings = dict(page.view.first_settings) | dict(told.settings)
@@ -149,24 +137,17 @@ def open_as_left(page: Page, left: Snapshot) -> None:
     page.history.rest()
 
 
-def _step(page: Page, value: Asked | None, wanted: Snapshot | None, name: str) -> None:
-    if wanted is None:
-        if value is not None:
-            page.notices.tell(value.client_id, f"Nothing to {name}", "No change is left there.")
-        return
-    changes = wanted.changes_from(page.snapshot())
-    restore(page, wanted)
-    page.history.amend(page.snapshot())
-    _keep(page)
-    page.say(f"{name.capitalize()}: {', '.join(changes)}.")
+def _step(page: Page, value: Asked | None, name: str) -> None:
+    if steps.go(page, value, name, lambda wanted: restore(page, wanted)):
+        _keep(page)
 
 
 def _undo(page: Page, value: Asked | None) -> None:
-    _step(page, value, page.history.undo(), "undo")
+    _step(page, value, "undo")
 
 
 def _redo(page: Page, value: Asked | None) -> None:
-    _step(page, value, page.history.redo(), "redo")
+    _step(page, value, "redo")
 
 
 def _start_over(page: Page, _value: Asked | None) -> None:

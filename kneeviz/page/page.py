@@ -165,7 +165,7 @@ class Page:
 
     def begin(self) -> None:
         """Let the present state be the one where the page began."""
-        self.history = History(self.snapshot())
+        self.history: History[Snapshot] = History(self.snapshot())
 
     def snapshot(self) -> Snapshot:
         """Return what a visitor may change and want back, as it is now."""
@@ -177,7 +177,7 @@ class Page:
             result=None if self.live.on else state.result,
             overlay=self.overlay,
             live=self.live.on,
-            settings=self.view.settings,
+            settings=self.view.settings.values,
             ghosts=self.ghosts,
         )
 

@@ -12,11 +12,11 @@ import viser
 import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
 from kneeviz import viser_broadcast, viser_internals, viser_scripts
-from kneeviz.actions import undo
 from kneeviz.actions.result import take_result
-from kneeviz.anymodel.actions.files import of_this_model
+from kneeviz.anymodel import saved as model_saved
 from kneeviz.anymodel.actions.search import take_result as take_model_result
 from kneeviz.anymodel.session import ModelSession
+from kneeviz.anymodel.state import of_this_model
 from kneeviz.geometry import framing
 from kneeviz.jobs import uploads
 from kneeviz.page.page import Clients, Target
@@ -27,7 +27,7 @@ from kneeviz.server.kept import KeptState
 from kneeviz.server.kernels import KernelWarmUp
 from kneeviz.server.seats import NoRoom, Seats
 from kneeviz.server.session import Session
-from kneeviz.state import links, results
+from kneeviz.state import links, results, saved
 from kneeviz.views.scene import camera
 
 _LOG = logging.getLogger(__name__)
@@ -70,9 +70,10 @@ class App:
     ------
     ParameterError
         If `result` is of another model, a knee and a model are given, or `state` is given though
-        there is a model or visitors have pages of their own.
+        visitors have pages of their own.
     FileFormatError
-        If the file of the state or the link cannot be read, or `result` is none of `model`.
+        If the file of the state or the link cannot be read, or the state or `result` is none of
+        `model`.
     OutputError
         If the state cannot be written, or another server writes it.
     """
@@ -100,7 +101,7 @@ class App:
             raise ParameterError("`link` is given with `knee` or `state`, and it has a knee itself")
         self._linked = None if link is None else links.from_code(link)
         self._knee = kneecore.packaged_knee() if knee is None else knee
-        for name, given in (("knee", knee), ("state", state), ("link", link)):
+        for name, given in (("knee", knee), ("link", link)):
             if model is not None and given is not None:
                 raise ParameterError(f"`{name}` and `model` are given; only one of them is allowed")
         self._model, self._result = model, result
@@ -111,7 +112,7 @@ class App:
         self.shared = shared
         self.gate = Gate.of(host, token=token, allowed=allow_hosts, for_class=for_class)
         self.classroom = Classroom() if for_class else None
-        self._kept = None if state is None else KeptState(state)
+        self._kept = None if state is None else KeptState(state, self._read_state)
         viser_internals.skip_client_build()
         viser_broadcast.install()
         viser_internals.know_array_types()
@@ -185,11 +186,13 @@ class App:
         first.up = (0.0, 1.0, 0.0)
         first.near, first.far = 0.1, 20.0
 
+    def _read_state(self, path: Path) -> Any:
+        if self._model is None:
+            return saved.read(path)
+        return model_saved.read(path, self._model)
+
     def _share(self) -> None:
         """Make the page of all visitors."""
-        if self._model is not None:
-            self._common[None] = self._made(self.server, self.server.get_clients)
-            return
         try:
             session = self._common[None] = self._session(self.server, self.server.get_clients)
             if self._kept is not None:
@@ -199,26 +202,23 @@ class App:
             raise
         self._start(session)
 
-    def _made(self, target: Target, clients: Clients) -> Served:
-        """Return the session of a new page, started."""
+    def _session(self, target: Target, clients: Clients) -> Served:
+        """Return the session of a new page, not yet started."""
+        session: Served
         if self._model is None:
-            return self._start(self._session(target, clients))
-        session = ModelSession(target, self._model, clients)
-        if self._result is not None:
-            take_model_result(session.page, self._result)
-        session.start()
-        return session
-
-    def _session(self, target: Target, clients: Clients) -> Session:
-        session = Session(target, self._knee, clients)
-        if self._result is not None:
-            take_result(session.page, self._result)
+            session = Session(target, self._knee, clients)
+            if self._result is not None:
+                take_result(session.page, self._result)
+        else:
+            session = ModelSession(target, self._model, clients)
+            if self._result is not None:
+                take_model_result(session.page, self._result)
         session.page.begin()
-        if self._linked is not None:
-            undo.open_as_left(session.page, self._linked)
+        if self._linked is not None and isinstance(session, Session):
+            session.open_as_left(self._linked)
         return session
 
-    def _start(self, session: Session) -> Session:
+    def _start(self, session: Served) -> Served:
         session.start()
         if self.warm_up is not None:
             self.warm_up.tell(session.post)
@@ -227,7 +227,7 @@ class App:
     def _session_of(self, client: viser.ClientHandle) -> Served | None:
         if client.client_id not in self.server.get_clients():
             return None  # gone while this waited for its turn
-        return self._made(client, lambda: {client.client_id: client})
+        return self._start(self._session(client, lambda: {client.client_id: client}))
 
     def _join(self, client: viser.ClientHandle) -> None:
         if self.shared:

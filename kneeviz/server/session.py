@@ -16,7 +16,9 @@ from kneeviz.jobs.worker import Actions
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.loop import Loop
 from kneeviz.page.page import Clients, Page, Target
+from kneeviz.state import saved
 from kneeviz.state.playback import FRAME_SECONDS
+from kneeviz.state.snapshot import Snapshot
 
 _LOG = logging.getLogger(__name__)
 _DRAG_SECONDS, _DRAG_FRAME = 0.4, 0.1  # s: how long a slider counts as moving, and a frame then
@@ -46,6 +48,14 @@ class Session(Loop[Page]):
         """Draw the knee and start the worker."""
         self.drawing.draw_load_free()
         self._worker.start()
+
+    def open_as_left(self, left: Snapshot) -> None:
+        """Open the page in a state in which it was left, before `start`."""
+        undo.open_as_left(self.page, left)
+
+    def told(self, state: Snapshot) -> str:
+        """Return a state of the page as the text of a file."""
+        return saved.to_text(state)
 
     # The worker's thread from here on.
 

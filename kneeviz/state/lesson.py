@@ -13,7 +13,7 @@ class SetAside:
     """A page as the lesson found it, and gives it back."""
 
     state: Snapshot
-    history: History
+    history: History[Snapshot]
     mode: str
     forces: bool
     playing: bool

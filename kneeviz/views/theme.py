@@ -127,6 +127,8 @@ DARK = Palette(
 
 CLASS_SIZE = 1.3
 """How much larger everything is for a class, which looks from afar."""
+CLASS_WIDER = 1.2
+"""The same of the panels: less than the text that they hold, for the picture needs its room."""
 
 
 def palette(dark: bool, *, large: bool = False) -> Palette:

@@ -17,7 +17,7 @@ from kneeviz.jobs.keeper import Keeper
 from kneeviz.server.app import App
 from kneeviz.server.kept import KeptState
 from kneeviz.state import saved
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 ACL_Y = NAMES.index("acl_femur_y")
 KNEE = asset_path("baseline.toml").read_text(encoding="utf-8")
@@ -242,10 +242,10 @@ class TestKeptState:
         path.write_text("no state")
         for _ in range(2):
             with pytest.raises(FileFormatError):
-                KeptState(path)
+                KeptState(path, saved.read)
         path.unlink()
         for _ in range(2):
-            KeptState(path).stop()
+            KeptState(path, saved.read).stop()
         assert list(tmp_path.iterdir()) == []
 
     def test_a_lesson_is_nothing_to_come_back_to(self, page, visitor, monkeypatch):
