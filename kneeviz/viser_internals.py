@@ -74,6 +74,11 @@ def run_script(client: viser.ClientHandle, source: str) -> None:
     client.gui._websock_interface.queue_message(messages.RunJavascriptMessage(source=source))
 
 
+def run_script_first(server: viser.ViserServer, source: str) -> None:
+    """Let every page that opens run a script before it builds what is added from now on."""
+    server._websock_server.queue_message(messages.RunJavascriptMessage(source=source))
+
+
 def set_camera_lock(client: viser.ClientHandle, locked: bool) -> None:
     """Let the mouse only pan and zoom in this client (locked), or orbit as well (free)."""
     body = _FLAT_CAMERA if locked else _FREE_CAMERA
@@ -368,6 +373,7 @@ __all__ = [
     "on_arrival",
     "refuse_tunnel",
     "run_script",
+    "run_script_first",
     "set_camera_lock",
     "skip_client_build",
     "subprotocol",

@@ -13,9 +13,12 @@ def _joined(page: Page, _value: Any, client_id: int) -> None:
     client = page.clients().get(client_id)
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
+        viser_scripts.draw_frames_on_demand(client)
         viser_scripts.watch_charts(client)
+        viser_scripts.tell_handles(client)
         viser_scripts.look_closer(client, **page.view.pointed)
         viser_scripts.see_through(client, page.view.handles.unseen)
+        viser_scripts.blend(client, page.view.scene.translucent)
         viser_scripts.name_widgets(
             client, "the knees' curves", "The knee; its pose is told in the panel"
         )

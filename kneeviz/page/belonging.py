@@ -62,6 +62,7 @@ OTHERS = {
     "look.note": "the same always",
     "files.link": "opens what is set now; gone as soon as that changes",
     "class_size": "a style, no text",
+    "hints": "the values that are set and their bounds, under a pointer",
 }
 """Every text of the view that tells of nothing computed, and why it may stand."""
 

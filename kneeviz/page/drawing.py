@@ -9,7 +9,7 @@ from kneecore.knee.physics.forces import THETA_0
 from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
-from kneeviz.page.handles import draw_handles
+from kneeviz.page.handles import draw_handles, write_hints
 from kneeviz.page.lesson import held_back, hides
 from kneeviz.page.page import Page
 from kneeviz.state.lesson_steps import ERROR
@@ -22,7 +22,6 @@ from kneeviz.views.html.readout import error_line, readout
 
 FloatArray = NDArray[np.float64]
 
-_SEND_SECONDS = 0.004  # s: about what it takes to pack and send the curves
 _REST_SECONDS = 0.1  # s: so much later what stands behind other tabs follows
 _SLOW_FRAMES = 3  # hidden tabs, numbers and the position slider follow at a third of the rate
 
@@ -61,15 +60,12 @@ class Drawing:
         self.frame += 1
         slow = touched or not page.playback.playing or self.frame % _SLOW_FRAMES == 0
         shown = shown_on(page)
-        if slow:  # sixty curves cost a browser without a graphics card more than the knee
-            page.view.curve.update(held_back(page, shown), Markers(poses=poses))
-        if touched:  # the answer to a slider goes first
-            page.target.flush()
-            # The thread that sends it would have to wait for this one's next pause.
-            time.sleep(_SEND_SECONDS)
-        if not page.landscape.shown:
-            self._draw_scene(current.x, poses)
-        draw_handles(page, poses[0])
+        with page.target.atomic():  # one message, which a browser draws in one frame
+            if slow:  # sixty curves cost a browser without a graphics card more than the knee
+                page.view.curve.update(held_back(page, shown), Markers(poses=poses))
+            if not page.landscape.shown:
+                self._draw_scene(current.x, poses)
+            draw_handles(page, poses[0])
         page.target.flush()
         if slow:
             self._draw_slow(shown, poses, other_charts=not touched and self.rest_at is None)
@@ -80,12 +76,11 @@ class Drawing:
         """Put the visitor's knee and the worst cases into their poses."""
         page = self._page
         assert poses[0] is not None
-        with page.target.atomic():
-            page.view.scene.draw(x, poses[0])
-            page.view.scene.stand(page.apart)
-            for i, knee in enumerate(page.knees[1:]):
-                page.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
-            page.view.scene.ghosts.draw(ghosts_at(page, poses[0].moment))
+        page.view.scene.draw(x, poses[0])
+        page.view.scene.stand(page.apart)
+        for i, knee in enumerate(page.knees[1:]):
+            page.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
+        page.view.scene.ghosts.draw(ghosts_at(page, poses[0].moment))
 
     def _draw_slow(self, shown: Shown, poses: Poses, *, other_charts: bool) -> None:
         """Draw what need not follow every frame."""
@@ -111,6 +106,7 @@ class Drawing:
         with page.target.atomic():
             page.view.show_other_charts(held_back(page, shown), Markers(poses=poses))
             self._show_numbers(shown)
+            write_hints(page)
         page.target.flush()
         return True
 

@@ -17,7 +17,9 @@ from kneeviz.geometry.handles import (
 from kneeviz.geometry.mechanism import Pose
 from kneeviz.page.page import Page
 from kneeviz.state.handles import bound_name, box_of, scales, values_of, why_fixed
+from kneeviz.views.html.hints import hints
 from kneeviz.views.html.pieces import number
+from kneeviz.views.scene.handles import hit_radius
 from kneeviz.views.scene.loupe import LoupeShown
 
 FloatArray = NDArray[np.float64]
@@ -60,16 +62,23 @@ def draw_handles(page: Page, pose: Pose | None) -> None:
             chosen = LoupeShown(
                 number=i,
                 corners=corners(loupe, box),
-                text=_text(page, handle, box, loupe.gain),
+                text=_loupe_text(page, handle, box, loupe.gain),
                 n_edges=0 if box.is_fixed else 2 * len(values),
             )
     fixed = np.array([box.is_fixed for box in boxes])
     spatial = page.view.scene.spatial
-    with page.target.atomic():
-        view.draw(np.array(points), np.array(small), fixed, chosen, spatial=spatial)
+    view.draw(np.array(points), np.array(small), fixed, chosen, spatial=spatial)
 
 
-def _text(page: Page, handle: Handle, box: Box, gain: float) -> str:
+def write_hints(page: Page) -> None:
+    """Keep what each handle says under a pointer; the chosen one says it beside its loupe."""
+    others = [handle for handle in HANDLES if handle is not page.handles.chosen]
+    texts = {handle.name: _text(page, handle, box_of(page.state, handle)) for handle in others}
+    size = page.view.colours.size
+    page.view.hints.content = hints(texts, reach=hit_radius(size), size=size)
+
+
+def _text(page: Page, handle: Handle, box: Box) -> str:
     """Return a handle's name, value and bound, for people, line by line."""
     state, unit = page.state, _UNITS[bound_name(handle)]
     if box.is_fixed:
@@ -80,8 +89,12 @@ def _text(page: Page, handle: Handle, box: Box, gain: float) -> str:
         for i, (name, value) in enumerate(zip(handle.parameters, now / scales(handle), strict=True))
     ]
     half = float((0.5 * (box.high - box.low) / scales(handle)).max())
-    bound = f"bound \u00b1{number(half, DIGITS, unit)}"
-    return "\n".join([handle.label, *lines, bound, f"{gain:g}\u00d7 magnified"])
+    return "\n".join([handle.label, *lines, f"bound \u00b1{number(half, DIGITS, unit)}"])
+
+
+def _loupe_text(page: Page, handle: Handle, box: Box, gain: float) -> str:
+    text = _text(page, handle, box)
+    return text if box.is_fixed else f"{text}\n{gain:g}\u00d7 magnified"
 
 
 def _axis(name: str) -> str:

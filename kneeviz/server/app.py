@@ -11,7 +11,7 @@ import viser
 
 import kneecore
 from kneecore import KneecoreError, KneeFile, Model, ParameterError, SearchResult
-from kneeviz import viser_broadcast, viser_internals
+from kneeviz import viser_broadcast, viser_internals, viser_scripts
 from kneeviz.actions.result import take_result
 from kneeviz.anymodel import saved as model_saved
 from kneeviz.anymodel.actions.search import take_result as take_model_result
@@ -121,6 +121,7 @@ class App:
         with contextlib.redirect_stdout(io.StringIO()), guarded:
             self.server = viser.ViserServer(host=host, port=port, label="kneeviz", verbose=False)
         viser_internals.refuse_tunnel(self.server)
+        viser_scripts.prepare_charts(self.server)
         self.server.scene.world_axes.visible = False
         self._place_first_camera()
         self.warm_up = KernelWarmUp() if model is None else None

@@ -94,6 +94,7 @@ class View:
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
         gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS + unseen_title(TITLE))
         self.class_size = gui.add_html("")
+        self.hints = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Knee"):

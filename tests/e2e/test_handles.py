@@ -130,6 +130,45 @@ def test_the_edge_of_a_box(still, app):
     )
 
 
+def hint(visitor):
+    return visitor.page.evaluate(
+        "() => { const h = window.__kneevizHint;"
+        " return h && h.style.display !== 'none' ? h.textContent : null; }"
+    )
+
+
+def test_a_handle_says_what_it_is_before_it_is_taken(still):
+    x, y = still.spot("/handles/pcl_tibia")
+    told = "PCL tibia\nx \u221217.10 mm, home\ny \u22128.10 mm, home\nbound \u00b11.00 mm"
+
+    def is_told():
+        still.page.mouse.move(x - 12, y)  # half of what a finger needs
+        still.page.mouse.move(x - 11, y)
+        return hint(still) == told
+
+    still.wait_until(is_told)
+    still.page.mouse.move(500, 640)
+    assert hint(still) is None
+
+
+def test_a_finger_drags_a_handle(still, app):
+    hand = still.page.context.new_cdp_session(still.page)
+    at, mm = np.array(still.spot("/handles/acl_femur")), hand_s_way(still)
+
+    def touch(kind, *points):
+        spots = [{"x": float(x), "y": float(y)} for x, y in points]
+        hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": spots})
+
+    touch("touchStart", at + [8, 8])
+    for share in (0.25, 0.5, 0.75, 1.0):
+        touch("touchMove", at + [8 + 0.5 * mm * share, 8 - 0.3 * mm * share])
+        still.page.wait_for_timeout(60)
+    still.wait_until(lambda: np.abs(away_mm(app) - [0.5, 0.3]).max() < 0.06)
+    touch("touchEnd")
+    still.wait_until(lambda: not app.page.handles.grabs)
+    hand.detach()
+
+
 def test_what_can_be_taken_says_so_to_the_pointer(still):
     spot = still.spot("/handles/acl_tibia")
     cursor = "() => window.__viserMutable.canvas.style.cursor"

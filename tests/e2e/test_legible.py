@@ -82,6 +82,52 @@ def test_class_size_enlarges_text_and_leaves_the_charts_pointer_right(visitor, a
         visitor.wait_until(lambda: max(visitor.page.evaluate(SIZES)) == pytest.approx(max(desk)))
 
 
+FRAMES = "() => window.__viserTestpoints.rendererInfo.render.frame"
+MINUS = """() => {
+  const drawn = ["-4", "\u22124"].map((text) => {
+    const pen = document.createElement("canvas").getContext("2d");
+    pen.fillText(text, 20, 20);
+    return pen.canvas.toDataURL();
+  });
+  return drawn[0] === drawn[1];
+}"""
+
+
+def test_charts_are_drawn_by_the_cpu_and_have_true_minus_signs(visitor):
+    assert visitor.page.evaluate(MINUS)
+    assert visitor.page.evaluate(
+        "() => Object.values(window.__viserTestpoints.uplots)"
+        ".every(({ chart }) => chart.ctx.getContextAttributes().willReadFrequently)"
+    )
+
+
+def test_the_picture_is_drawn_when_there_is_news_and_not_on_and_on(visitor, app):
+    visitor.wait_until(lambda: not app.page.moving)
+
+    def is_calm():  # what came before may still be drawn
+        before = visitor.page.evaluate(FRAMES)
+        visitor.page.evaluate("() => window.__viserMutable.requestRender()")
+        visitor.page.wait_for_timeout(450)
+        n = visitor.page.evaluate(FRAMES) - before
+        return 1 <= n <= 3  # the news, the last, and viser's heartbeat
+
+    visitor.wait_until(is_calm, 10.0)
+
+
+def test_translucent_bones_cut_no_patches_out_of_each_other(visitor, app):
+    writes = (
+        "name => { let found = null; window.__viserMutable.nodeRefFromName[name].traverse("
+        "p => { if (p.material?.isMeshStandardMaterial) found = p.material.depthWrite; });"
+        " return found; }"
+    )
+    femur = "/knee/femur"
+    visitor.press("3D")
+    visitor.wait(f"name => ({writes})(name) === false", femur)
+    visitor.press("2D")
+    visitor.wait(f"name => ({writes})(name) === true", femur)
+    visitor.wait_until(lambda: not app.page.moving)
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_every_text_of_the_page_stands_out_from_its_ground(visitor, app, dark):
     page = app.page

@@ -1,5 +1,7 @@
 """Handles over the wire: drags as a browser tells of them, and as none would."""
 
+import html
+import json
 import math
 import time
 
@@ -17,6 +19,7 @@ from kneeviz.page.handles import loupe_of
 from kneeviz.state import history
 from kneeviz.state.handles import bound_now, box_of, values_of
 from kneeviz.views.scene.handles import depth_of
+from kneeviz.views.theme import CLASS_SIZE
 
 MM = 1e-3
 
@@ -350,6 +353,29 @@ def test_the_switch_hides_them(page, visitor, hand):
     eventually(lambda: not page.view.handles.root.visible)
     visitor.set(widget(page.view.look.handles), True)
     eventually(lambda: page.view.handles.root.visible)
+
+
+def test_a_handle_has_words_for_a_pointer_and_grows_for_a_class(page, visitor, hand):
+    def told():
+        content = visitor.props[widget(page.view.hints)]["content"]
+        return json.loads(html.unescape(content.split('"')[3]))
+
+    visitor.set(widget(page.view.knee.sliders[0]), -13.5)
+    words = "ACL femur\nx \u221213.50 mm\ny \u22120.30 mm, home\nbound \u00b11.00 mm"
+    visitor.wait(lambda _: told()["texts"].get("acl_femur") == words)
+    hand.choose()
+    visitor.set(widget(page.view.knee.sliders[0]), -13.4)
+    visitor.wait(lambda _: "acl_femur" not in told()["texts"], 10)  # said beside its loupe
+    desk = told()["reach"]
+    visitor.set(widget(page.view.look.large), True)
+    try:
+        visitor.wait(lambda c: c.scene.get("/handles/acl_tibia", {}).get("scale", [0])[0] > 1.0)
+        visitor.wait(lambda _: told()["reach"] == pytest.approx(CLASS_SIZE * desk))
+        ring = page.view.handles._rings[HANDLES.index(BY_NAME["acl_tibia"])]
+        eventually(lambda: np.abs(ring.points).max() == pytest.approx(CLASS_SIZE * 2.1e-3))
+    finally:
+        visitor.set(widget(page.view.look.large), False)
+        eventually(lambda: not page.view.large)
 
 
 def test_the_live_worst_case_follows_a_drag(page, visitor, hand):

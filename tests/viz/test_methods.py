@@ -87,7 +87,7 @@ def test_the_button_compares_and_greys_with_the_bounds(page, visitor, found):
     tab, content = page.view.methods, widget(page.view.methods.content)
     visitor.set(widget(page.view.search.solver), "At rest")
     eventually(lambda: page.view.search.solver.value == "At rest")
-    press(visitor, tab.run)
+    press(visitor, tab.runs["compare"])
     visitor.wait(lambda c: "exact gradients" in (c.props[content].get("content") or ""))
     assert (
         by_name(page.methods.found.methods)["exact"].objective == by_name(found)["exact"].objective
@@ -111,11 +111,14 @@ def test_a_comparison_is_cancelled(page, visitor, monkeypatch):
     eventually(lambda: page.exact_ready)
     before = page.methods.found
     tab = page.view.methods
-    press(visitor, tab.run)
-    visitor.wait(lambda c: c.props[widget(tab.cancel)]["visible"])
+    press(visitor, tab.runs["compare"])
+    visitor.wait(lambda c: not c.props[widget(tab.cancel)]["disabled"])
     eventually(lambda: tab.progress.value == pytest.approx(25.0))
     press(visitor, tab.cancel)
     eventually(lambda: page.methods.job is None)
     status = widget(page.view.transport.status)
     visitor.wait(lambda c: "cancelled" in c.props[status]["content"])
     assert page.methods.found is before
+    assert tab.cancel.disabled
+    assert tab.cancel.visible
+    assert tab.progress.visible  # or what is below would move

@@ -138,6 +138,8 @@ class TestSampling:
         eventually(lambda: not study.runs["influence"].disabled)
         status = page.view.transport.status
         visitor.wait(lambda c: "study was cancelled" in text(c, status))
+        assert study.cancel.visible
+        assert study.progress.visible  # or what is below would move
 
     def test_a_second_one_at_once_is_refused_and_told(self, page, visitor, study):
         study.n_samples.value = 1_000_000

@@ -57,11 +57,11 @@ class Body:
     def __init__(self, scene: viser.SceneApi, name: str, layer: int, ghost: str | None) -> None:
         self._scene, self._name, self._layer, self._ghost = scene, name, layer, ghost
         self.frame = scene.add_frame(f"/{name}/tibia", show_axes=False)
-        self._meshes, self._rims = [], []
+        self.meshes, self._rims = [], []
         for bone in bones():
             if bone.frame == "tibia":
                 depth = layer - (2 if bone.name == "fibula" else 0)
-                self._meshes.append(add_mesh(scene, f"/{name}/tibia/{bone.name}", bone, depth))
+                self.meshes.append(add_mesh(scene, f"/{name}/tibia/{bone.name}", bone, depth))
                 self._rims.append(add_rim(scene, f"/{name}/tibia/{bone.name}_rim", bone, depth + 1))
         self._plateau = add_line(
             scene, f"/{name}/tibia/plateau", np.zeros((1, 2, 2)), 0.0, _PLATEAU_WIDTH
@@ -117,7 +117,7 @@ class Body:
         """Take the theme's colours; `share` fades an overlay in."""
         ghost = None if self._ghost is None else theme.rgb(getattr(colours, self._ghost))
         for mesh, rim, own in zip(
-            self._meshes, self._rims, (colours.bone, colours.fibula), strict=True
+            self.meshes, self._rims, (colours.bone, colours.fibula), strict=True
         ):
             mesh.color = ghost or own
             mesh.opacity = opacity(spatial, ghost is not None, share)

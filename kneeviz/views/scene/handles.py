@@ -19,6 +19,7 @@ FloatArray = NDArray[np.float64]
 
 _HIT, _RING, _CHOSEN_RING = 0.0095, 0.0021, 0.0032
 """m: radius of what a finger can hit, and of the ring that is seen, unless it is chosen."""
+_RING_WIDTH, _BOX_WIDTH = 2.5, 1.0  # pixels
 _IN_FRONT = 0.020
 """m: depth of the handles in the flat view."""
 _LENS = 0.1
@@ -39,6 +40,11 @@ class Pointer(NamedTuple):
     """What he points at now."""
 
 
+def hit_radius(size: float) -> float:
+    """Return how far from its middle a handle can be taken, m; `size` is the theme's."""
+    return _HIT * size
+
+
 def depth_of(handle: Handle, spatial: bool) -> float:
     """Return how far from the sagittal plane a handle stands, m."""
     if not spatial:
@@ -47,7 +53,7 @@ def depth_of(handle: Handle, spatial: bool) -> float:
     return LIGAMENT_DEPTH[LIGAMENTS.index(group)] if group in LIGAMENTS else 0.0
 
 
-def _ring(n: int = 20) -> FloatArray:
+def _ring(n: int = 12) -> FloatArray:
     angle = np.linspace(0.0, 2.0 * np.pi, n + 1)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     return np.stack([rim[:-1], rim[1:]], axis=1)
@@ -72,11 +78,11 @@ class HandleScene:
         self._wide: int | None = None
         self._colours = theme.palette(False)
         self.root = scene.add_frame("/handles", show_axes=False, visible=False)
-        self._boxes = add_line(scene, "/handles/boxes", np.zeros((1, 2, 2)), 0.0, 1.0)
+        self._boxes = add_line(scene, "/handles/boxes", np.zeros((1, 2, 2)), 0.0, _BOX_WIDTH)
         self._loupe = LoupeScene(scene, self._edge_dragged)
         self.hits = [self._add_handle(handle) for handle in HANDLES]
         self._rings = [
-            add_line(scene, f"/handles/{handle.name}/ring", _RING * _ring(), 0.0, 2.5)
+            add_line(scene, f"/handles/{handle.name}/ring", _RING * _ring(), 0.0, _RING_WIDTH)
             for handle in HANDLES
         ]
         self.paint(self._colours)
@@ -128,8 +134,13 @@ class HandleScene:
         self.root.visible = False
 
     def paint(self, colours: theme.Palette) -> None:
-        """Take the theme's colours."""
-        self._colours = colours
+        """Take the theme's colours and size."""
+        size, self._colours = colours.size, colours
+        for i, (hit, ring) in enumerate(zip(self.hits, self._rings, strict=True)):
+            hit.scale = (size, size, _LENS)
+            ring.thickness = _RING_WIDTH * size
+            self._size_ring(i)
+        self._boxes.thickness = _BOX_WIDTH * size
         self._boxes.colors = theme.handle_colour(colours.handle)
         self._loupe.paint(colours)
 
@@ -169,9 +180,13 @@ class HandleScene:
 
     def _size_rings(self, chosen: int | None) -> None:
         """Make the chosen handle's ring wider than the others."""
-        if chosen == self._wide:
+        before, self._wide = self._wide, chosen
+        if chosen == before:
             return
-        for i, size in ((self._wide, _RING), (chosen, _CHOSEN_RING)):
+        for i in (before, chosen):
             if i is not None:
-                self._rings[i].points = lift(size * _ring(), 0.0)
-        self._wide = chosen
+                self._size_ring(i)
+
+    def _size_ring(self, i: int) -> None:
+        radius = _CHOSEN_RING if i == self._wide else _RING
+        self._rings[i].points = lift(self._colours.size * radius * _ring(), 0.0)

@@ -78,6 +78,13 @@ class KneeScene:
         self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, _ARROW_WIDTH)
         self.repaint()
 
+    @property
+    def translucent(self) -> list[str]:
+        """The names of the bones, which are so in 3D or as overlays."""
+        bodies = (self.own, *self.overlays)
+        bones_shown = (self._femur, *(mesh for body in bodies for mesh in body.meshes))
+        return [str(mesh.name) for mesh in bones_shown]
+
     def paint(self, colours: theme.Palette) -> None:
         """Take other colours."""
         self._colours = colours

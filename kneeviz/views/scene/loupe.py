@@ -20,6 +20,8 @@ _EDGE_CORNERS = ((3, 0), (1, 2), (0, 1), (2, 3))
 """The corners between which each runs."""
 _BREADTH, _GRIP = 0.007, 0.005
 """m: the breadth of an edge that can be hit, and half the length of the grip that shows it."""
+_WIDTHS = (1.0, 1.5, 5.0)
+"""Pixels, of rays, box and grips."""
 _NEARER = 1.2e-3
 """m: how much nearer edges are than the handles around."""
 _ASIDE = 0.003  # m, from the box to its numbers
@@ -56,9 +58,9 @@ class LoupeScene:
     def __init__(self, scene: viser.SceneApi, dragged: Callable[[Any, Edge], None]) -> None:
         self._scene = scene
         nowhere = np.zeros((1, 2, 2))
-        self._rays = add_line(scene, "/handles/rays", nowhere, 0.0, 1.0)
-        self._box = add_line(scene, "/handles/loupe", nowhere, 0.0, 1.5)
-        self._grips = add_line(scene, "/handles/grips", nowhere, 0.0, 5.0)
+        self._rays = add_line(scene, "/handles/rays", nowhere, 0.0, _WIDTHS[0])
+        self._box = add_line(scene, "/handles/loupe", nowhere, 0.0, _WIDTHS[1])
+        self._grips = add_line(scene, "/handles/grips", nowhere, 0.0, _WIDTHS[2])
         self._label = scene.add_label("/handles/label", "", anchor="top-center", visible=False)
         self.edges = [self._add_edge(i, edge, dragged) for i, edge in enumerate(EDGES)]
         self._placed = b""
@@ -80,7 +82,10 @@ class LoupeScene:
         return bar
 
     def paint(self, colours: theme.Palette) -> None:
-        """Take the theme's colours."""
+        """Take the theme's colours and size."""
+        for node, width in zip((self._rays, self._box, self._grips), _WIDTHS, strict=True):
+            node.thickness = width * colours.size
+        self._label.font_screen_scale = colours.size
         for node in (self._box, self._grips):
             node.colors = theme.handle_colour(colours.handle)
         self._rays.colors = theme.handle_colour(colours.slack)

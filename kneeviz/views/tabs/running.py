@@ -12,9 +12,11 @@ class Runs(Protocol):
 
 
 def show_running(tab: Runs, running: bool) -> None:
-    """Show the progress and shut the buttons, or the other way round."""
+    """Shut the buttons and open *Cancel*, or the other way round.
+
+    What stands there is never hidden: nothing below it may move under a pointer.
+    """
     for handle in tab.runs.values():
         handle.disabled = running
-    tab.progress.visible = tab.cancel.visible = running
-    if running:
-        tab.progress.value = 0.0
+    tab.cancel.disabled = not running
+    tab.progress.value = 0.0

@@ -77,8 +77,8 @@ class StudyTab:
                 "download.",
             ),
         }
-        self.progress = gui.add_progress_bar(0.0, visible=False)
-        self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
+        self.progress = gui.add_progress_bar(0.0)
+        self.cancel = gui.add_button("Cancel the study", color="red", disabled=True)
         self.judged = gui.add_html("")
         self.accuracy = gui.add_html("")
         self.sampled = gui.add_html("")
