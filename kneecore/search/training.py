@@ -31,6 +31,9 @@ __all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "surrogate_through",
 
 FloatArray = NDArray[np.float64]
 
+_ENOUGH = 3  # samples for each input: of fewer, what is inside the bounds cannot be told
+_OUTWARDS = 4.0  # as near to the bounds are they then
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Training:
@@ -64,7 +67,8 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     """Sample the model and fit a surrogate.
 
     The samples are uniform as in the paper for a knee, a Latin hypercube for other models: their
-    runs are few and dear.
+    runs are few and dear. Where they are fewer than three an input, and more runs will follow, they
+    are pushed outwards: of so many inputs only effects from bound to bound can be told.
 
     Raises
     ------
@@ -112,7 +116,11 @@ def _points(model: Model, settings: SearchSettings) -> FloatArray:
     n, d, seed = settings.n_training, model.n_free, settings.seed
     if model.in_corners or model.grids:
         return first_points(model, n, seed)
-    return next(batches(n, d, seed, sampling="latin-hypercube", size=n))
+    points = next(batches(n, d, seed, sampling="latin-hypercube", size=n))
+    if not settings.repair or n >= _ENOUGH * d:
+        return points
+    corners = np.round(points)
+    return corners + (points - corners) / _OUTWARDS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
