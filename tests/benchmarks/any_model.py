@@ -119,11 +119,13 @@ class Kept:
 
 
 def told_ego(case: Case) -> list[str]:
-    """Return the cell of SMT's EGO: its median, or a dash where it needed too long."""
+    """Return the cell of SMT's EGO: its median; a dash where it needed too long; or nothing yet."""
     if not EGO:
         return []
     found = EGO.get(case.name, [])
-    return ["-" if not found or None in found else f"{np.median(found):.1f}"]
+    if None in found:
+        return ["-"]
+    return [f"{np.median(found):.1f}" if found else ""]
 
 
 def table(search: Kept, seeds: Sequence[int], rivals: dict[str, Rival]) -> tuple[str, list[Found]]:
