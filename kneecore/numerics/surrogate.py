@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import scipy  # its subpackages are loaded when they are used: the first picture needs none
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import RBFInterpolator
 from threadpoolctl import threadpool_limits
 
 from kneecore.errors import ModelError, ParameterError
@@ -165,7 +165,7 @@ def _fit_scipy(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, Fl
     only. That our kernel then gives SciPy's values is checked in the tests.
     """
     try:
-        fitted = RBFInterpolator(x, y, kernel="thin_plate_spline", degree=1)
+        fitted = scipy.interpolate.RBFInterpolator(x, y, kernel="thin_plate_spline", degree=1)
     except np.linalg.LinAlgError as error:
         raise ModelError(f"the training points do not determine a surrogate: {error}") from None
     n = len(x)

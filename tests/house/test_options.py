@@ -7,9 +7,9 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from typing import Literal
 
-import models
 import numpy as np
 import pytest
+import study_models
 import tyro
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -61,9 +61,9 @@ STUDIES = {
     monte_carlo: SamplingSettings(n_samples=300, sampling="sobol", seed=3),
     influence: InfluenceSettings(n_base=32, intervals=False, seed=3),
     bound_sweep: BoundSweepSettings(sizes=(0.5, 1.0), seed=3),
-    needed_accuracy: NeededAccuracySettings(within=0.0105, largest=1.5, tolerance=0.05, seed=3),
+    needed_accuracy: NeededAccuracySettings(within=50.0, largest=1.5, tolerance=0.05, seed=3),
     accuracy_allocation: AccuracyAllocationSettings(
-        within=0.0105, costs={"k": 2.0}, tolerance=0.05, seed=3
+        within=50.0, costs={"force": 2.0}, tolerance=0.05, seed=3
     ),
     training_sweep: TrainingSweepSettings(sizes=(8, 9), n_seeds=2, method="exact", seed=3),
     surrogate_quality: SurrogateQualitySettings(training_samples=9, n_test=20, seed=3),
@@ -108,7 +108,7 @@ def test_every_settings_class_is_looked_at_here():
 def test_a_studys_settings_survive_its_file(study, how):
     for one in options_of(type(how)):
         assert getattr(how, one.name) != one.default, f"`{one.name}` is as usual"
-    result = study(models.two_units(), how)
+    result = study(study_models.Levers(), how)
     assert result.settings == how
     assert type(result).from_json(result.to_json()).settings == how
 
