@@ -1,8 +1,8 @@
 """How near to the true worst pair of public models a search comes, and what it says of itself.
 
-``python tests/benchmarks/any_model.py [FILE.md] [--seeds N] [--fresh N] [--keep FILE] [--rivals]``
+``python tests/benchmarks/any_model.py [FILE.md] [--seeds N] [--fresh K] [--keep FILE] [--rivals]``
 prints a table, and writes it between the marks of FILE.md, such as ``docs/any_model.md``.
-``--fresh`` adds what comes out for the next N seeds, which no limit was chosen on; ``--keep FILE``
+``--fresh`` adds what comes out for N seeds from K on, which nothing was chosen on; ``--keep FILE``
 keeps what was searched, so that it can be ended and go on. SMT's EGO takes minutes a search:
 `any_model_ego.py` keeps what it found, and the table shows it.
 
@@ -176,9 +176,9 @@ def main() -> None:
     lines, every = table(search, seeds, RIVALS if given.rivals else {})
     text = f"{lines}\n\nShortfalls in per cent of the true f. {summary(every, seeds)}\n"
     if given.fresh:
-        fresh = range(seeds.stop, seeds.stop + given.fresh)
+        fresh = range(given.fresh, given.fresh + given.seeds)
         found = [search(case, seed) for case in CASES for seed in fresh]
-        text += f"\nFresh seeds, on which nothing was chosen: {summary(found, fresh)}\n"
+        text += f"\nOn which nothing was chosen: {summary(found, fresh)}\n"
     print(text)
     if given.file:
         before, rest = given.file.read_text(encoding="utf-8").split(BEGIN)
