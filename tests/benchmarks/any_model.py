@@ -2,7 +2,7 @@
 
 ``python tests/benchmarks/any_model.py [FILE.md] [--seeds N] [--fresh K] [--keep FILE] [--rivals]``
 prints a table, and writes it between the marks of FILE.md, such as ``docs/any_model.md``.
-``--fresh`` adds what comes out for N seeds from K on, which nothing was chosen on; ``--keep FILE``
+``--fresh`` adds what comes out for N seeds from K on, which no limit was chosen on; ``--keep FILE``
 keeps what was searched, so that it can be ended and go on. SMT's EGO takes minutes a search:
 `any_model_ego.py` keeps what it found, and the table shows it.
 
@@ -178,7 +178,7 @@ def main() -> None:
     if given.fresh:
         fresh = range(given.fresh, given.fresh + given.seeds)
         found = [search(case, seed) for case in CASES for seed in fresh]
-        text += f"\nOn which nothing was chosen: {summary(found, fresh)}\n"
+        text += f"\nOn which no limit was chosen: {summary(found, fresh)}\n"
     print(text)
     if given.file:
         before, rest = given.file.read_text(encoding="utf-8").split(BEGIN)
