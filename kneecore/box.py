@@ -2,14 +2,15 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kneecore._arguments import number
+from kneecore._arguments import number, shown
 from kneecore._arrays import numbers
 from kneecore.copula import correlation_of, dependent
+from kneecore.distributions import Kind
 from kneecore.errors import ParameterError
 from kneecore.grid import Grid
 from kneecore.inputs import Input, all_of
@@ -39,6 +40,37 @@ class Box:
         self.correlation = correlation_of(self.names, correlation)
         self.nominal = _held([number("nominal", i.nominal) for i in self.inputs])
         self._lay_bounds()
+
+    def _copy(self) -> Self:
+        model = object.__new__(type(self))
+        model.__dict__.update(self.__dict__)
+        return model
+
+    def with_distributions(self, kinds: Mapping[str, tuple[Kind, float | None]]) -> Self:
+        """Return the model with samples of some inputs drawn in another way.
+
+        Parameters
+        ----------
+        kinds : mapping
+            By an input's name its distribution, and how many standard deviations its bounds are
+            away where it has such; None for 3. Whole numbers and choices stay as they are.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such input, or a distribution does not fit its bounds.
+        """
+        unknown = next((name for name in kinds if name not in self.names), None)
+        if unknown is not None:
+            raise ParameterError(
+                f"`kinds` names {shown(unknown)}; {', '.join(self.names)} are allowed"
+            )
+        model = self._copy()
+        model.inputs = tuple(
+            i.with_distribution(*kinds[i.name]) if i.name in kinds else i for i in self.inputs
+        )
+        model._lay_bounds()
+        return model
 
     def _lay_bounds(self) -> None:
         boxes = [i.box for i in self.inputs]

@@ -307,6 +307,15 @@ class Input:
         ways = {} if as_stated else {"lower": None, "upper": None}
         return replace(self, quantile=quantile, **ways)  # type: ignore[arg-type]
 
+    def with_distribution(self, kind: Kind, deviations: float | None = None) -> Self:
+        """Return the input with samples drawn in another way; whole numbers and choices stay."""
+        if self.is_discrete:
+            return self
+        as_stated = self.tolerance_percent is None and self.half_range is None
+        ways: dict[str, Any] = {} if as_stated else {"lower": None, "upper": None}
+        mode = self.mode if kind == "triangular" else None
+        return replace(self, distribution=kind, deviations=deviations, mode=mode, **ways)
+
     def widened(self, factor: float) -> Self:
         """Return the input with bounds `factor` times as far from its nominal value.
 

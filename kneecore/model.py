@@ -66,6 +66,8 @@ class Model(Runner):
         the exact search climbs in the model itself.
     draw : callable, optional
         A picture of one point (d,): a sequence of `Shape`.
+    picture_unit : str
+        Unit of its points, for axes and a scale.
     correlation : array_like, shape (d, d), or sequence of (name, name, number), optional
         How the inputs' samples depend on each other: the correlations of their normal scores (a
         Gaussian copula), which are those of normal inputs themselves. Searches do not look at it.
@@ -123,6 +125,7 @@ class Model(Runner):
         batched: bool = False,
         gradient: Callable[[FloatArray], ArrayLike] | None = None,
         draw: Callable[[FloatArray], Sequence[Shape]] | None = None,
+        picture_unit: str = "",
         correlation: Any = None,
         name: str = "model",
         threads: int | None = None,
@@ -153,6 +156,7 @@ class Model(Runner):
         )
         self._gradient, self._draw = gradient, draw
         self.name = one_line("name", name, 200)
+        self.picture_unit = one_line("picture_unit", picture_unit, 200) or self.picture_unit
         thread_count(threads)
         self.threads = threads
         self._size = 1.0
@@ -316,12 +320,8 @@ class Model(Runner):
         factor = number("size", size) / self.size
         if factor <= 0.0:
             raise ParameterError(f"`size` is {size:g}; above 0 is allowed")
-        model = self._copy()
-        model.inputs = tuple(one.widened(factor) for one in self.inputs)
-        model._lay_bounds()
+        model = self._bounded([i.widened(factor) for i in self.inputs], lambda m: m.with_size(size))
         model._size = float(size)
-        if self.proxy is not None:
-            model.proxy = self.proxy.with_size(size)
         return model
 
     def with_widths(self, factors: ArrayLike) -> Self:
@@ -333,12 +333,8 @@ class Model(Runner):
             If they are not d numbers of at least 0, or leave no input to vary.
         """
         shares = self._factors(factors).tolist()
-        model = self._copy()
-        model.inputs = tuple(i.widened(f) for i, f in zip(self.inputs, shares, strict=True))
-        model._lay_bounds()
-        if self.proxy is not None:
-            model.proxy = self.proxy.with_widths(factors)
-        return model
+        inputs = [i.widened(f) for i, f in zip(self.inputs, shares, strict=True)]
+        return self._bounded(inputs, lambda proxy: proxy.with_widths(factors))
 
     def with_quantile(self, quantile: float | None) -> Self:
         """Return the model with bounds that hold the central `quantile` of each distribution.
@@ -346,11 +342,16 @@ class Model(Runner):
         Inputs that are whole numbers or choices keep theirs. None goes back to the stated bounds.
         What is drawn for sampling and influence stays as it is.
         """
+        inputs = [one.with_quantile(quantile) for one in self.inputs]
+        return self._bounded(inputs, lambda proxy: proxy.with_quantile(quantile))
+
+    def _bounded(self, inputs: Sequence[Input], likewise: "Callable[[Model], Model]") -> Self:
+        """Return the model with other bounds, its proxy treated likewise."""
         model = self._copy()
-        model.inputs = tuple(one.with_quantile(quantile) for one in self.inputs)
+        model.inputs = tuple(inputs)
         model._lay_bounds()
         if self.proxy is not None:
-            model.proxy = self.proxy.with_quantile(quantile)
+            model.proxy = likewise(self.proxy)
         return model
 
     # What it can do.
@@ -383,8 +384,8 @@ class Model(Runner):
         x = self.from_free_unit(u)
         y = self.examine(x).y
         jacobian = jacobian_of(self._gradient, x, self.n_outputs)
-        width = (self.upper - self.lower)[self.free]
-        slopes = np.einsum("nm,nmd->nd", weights, jacobian)[:, self.free] * width
+        slopes = np.einsum("nm,nmd->nd", weights, jacobian)[:, self.free]
+        slopes *= (self.upper - self.lower)[self.free]
         values = (weights * y).sum(axis=1)
         good = np.isfinite(values) & np.isfinite(slopes).all(axis=1)
         return np.where(good, values, -np.inf), np.where(good[:, None], slopes, 0.0), y

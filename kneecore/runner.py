@@ -88,11 +88,6 @@ class Runner(Box):
         """Numbers that one run returns, m."""
         return sum(output.n_columns for output in self.outputs)
 
-    def _copy(self) -> Self:
-        model = object.__new__(type(self))
-        model.__dict__.update(self.__dict__)
-        return model
-
     def with_runs(self, **options: Any) -> Self:
         """Return the model with its runs done in another way.
 

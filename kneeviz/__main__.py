@@ -27,6 +27,7 @@ DEFAULT_PORT = 8080
 _PORTS_TRIED = 100
 _File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
 _Names = Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME"), tyro.conf.UseAppendAction]
+_Text = Annotated[str | None, tyro.conf.arg(metavar="TEXT")]
 _Port = Annotated[int | None, tyro.conf.arg(metavar="PORT")]
 
 
@@ -50,13 +51,18 @@ class Options:
     It names code that is run."""
     result: _File = None
     """A search's result.json, or the folder that holds it, to open with."""
+    knee: _Text = None
+    """What a copied link has after `?knee=`: the knee, bounds and settings to open with."""
     state: _File = None
-    """A file that keeps the knee, bounds, settings and result of the shared page as they change.
-    If it is there, the page opens as it was left."""
+    """A file that keeps the knee and its bounds, or the inputs of your model, the settings and the
+    result of the shared page as they change. If it is there, the page opens as it was left."""
     shared: bool = False
     """All visitors see the same knee: what one does, all see. This is the default."""
     per_visitor: bool = False
     """Each visitor has a knee of his own."""
+    for_class: Annotated[bool, tyro.conf.arg(name="class")] = False
+    """Of the two printed addresses the first is the teacher's, who drives. Who opens the second
+    only watches, until the teacher gives him the wheel or lets everybody drive."""
     token: bool = False
     """Let nobody in without the token in the printed address. This is the default where others
     than this machine can reach the app. The environment variable KNEEVIZ_TOKEN, if set, is it."""
@@ -143,14 +149,18 @@ def start(options: Options) -> "App":
 
     if options.shared and options.per_visitor:
         raise ParameterError("--shared and --per-visitor are given; only one of them is allowed")
-    for name in ("baseline", "state"):
+    for name in ("baseline", "knee"):
         if options.model is not None and getattr(options, name) is not None:
             raise ParameterError(
                 f"`{name}` is {getattr(options, name)!r}; it is the knee's, and with `model` "
                 "there is none"
             )
+    if options.knee is not None and (options.baseline or options.state) is not None:
+        raise ParameterError("--knee is given with --baseline or --state; it holds both itself")
     if options.state is not None and options.per_visitor:
         raise ParameterError("--state and --per-visitor are given; only one of them is allowed")
+    if options.for_class and options.per_visitor:
+        raise ParameterError("--class and --per-visitor are given; only one of them is allowed")
     token = chosen_token(options)
     port = choose_port(options.host, options.port)
     if options.model is None:
@@ -176,6 +186,8 @@ def start(options: Options) -> "App":
         token=token,
         allow_hosts=options.allow_host,
         state=options.state,
+        link=options.knee,
+        for_class=options.for_class,
     )
     # Somebody else may have taken the port meanwhile; the server then moved on by itself.
     if options.port not in (None, 0, app.server.get_port()):
@@ -192,6 +204,8 @@ def _serve(app: "App", stop: threading.Event, *, browser: bool) -> None:
     if app.warning is not None:
         print(f"kneeviz: warning: {app.warning}", file=sys.stderr, flush=True)  # noqa: T201
     print(f"kneeviz: {app.url}  (Ctrl-C ends it)", flush=True)  # noqa: T201
+    if app.class_url is not None:
+        print(f"kneeviz: {app.class_url}  (for the class, which watches)", flush=True)  # noqa: T201
     if browser:
         import webbrowser
 

@@ -8,6 +8,7 @@ with the server have no public call either. What passes on the wire is another m
 How news go out to many is `kneeviz.viser_broadcast`; no third module touches such parts.
 """
 
+import asyncio
 import math
 import time
 import weakref
@@ -17,7 +18,7 @@ from typing import Any
 
 import numpy.typing as npt
 import viser
-from viser import _assignable_props_api, _client_autobuild
+from viser import _assignable_props_api, _client_autobuild, infra
 from viser import _gui_handles as handles
 from viser import _messages as messages
 
@@ -25,6 +26,8 @@ _SERVES = "viser.infra._infra"
 """Where viser keeps what it does with a connection."""
 MAX_UPLOAD = 5_000_000
 """Bytes; a result is a few hundred thousand, a knee ten thousand."""
+MAX_TEXT = 8000
+"""Characters of a text that a page may send; a link's has fewer."""
 _MAX_PARTS = 64
 _PENDING, _PENDING_BYTES = 2, 2 * MAX_UPLOAD
 """Uploads of one visitor that are not finished, and what they may hold together."""
@@ -137,6 +140,26 @@ def refuse_tunnel(server: viser.ViserServer) -> None:
     interface = server._websock_server
     if messages.ShareUrlRequest in interface._incoming_handlers:
         interface.unregister_handler(messages.ShareUrlRequest)
+
+
+def connection_of(server: viser.ViserServer, client_id: int) -> Any:
+    """Return the connection of a client, or None if it is gone."""
+    return server._websock_server._live_connections.get(client_id)
+
+
+def end_drags(server: viser.ViserServer, client_id: int) -> None:
+    """Let a client's drags of the server's nodes end where they are, as if it had let go."""
+    client = server.get_clients().get(client_id)
+    number = infra.ClientId(client_id)
+    ended = server.scene._drop_active_drags_for_client(number, event_client=client)
+    asyncio.run_coroutine_threadsafe(ended, server.get_event_loop())
+
+
+def dropped(gui: Any, client_id: int, message: Any) -> Any:
+    """Return the widget of a message that was dropped, or None; an upload's notice ends."""
+    if hasattr(message, "transfer_uuid") and hasattr(message, "size_bytes"):
+        _acknowledge(gui, client_id, message)
+    return gui._gui_input_handle_from_uuid.get(getattr(message, "uuid", None))
 
 
 def guard(gui: Any, reject: Reject) -> None:
@@ -308,6 +331,8 @@ def value_fault(handle: Any, value: Any) -> str | None:
         return None if value in handle.options else "that is not one of its choices"
     if isinstance(handle, handles.GuiCheckboxHandle | handles.GuiButtonHandle):
         return None if isinstance(value, bool) else "it is either on or off"
+    if isinstance(handle, handles.GuiTextHandle):
+        return None if isinstance(value, str) and len(value) <= MAX_TEXT else "it is no short text"
     return "it takes no value"
 
 
@@ -329,8 +354,12 @@ def _edge(value: float | None) -> str:
 
 
 __all__ = [
+    "MAX_TEXT",
     "MAX_UPLOAD",
+    "connection_of",
     "crowding_fault",
+    "dropped",
+    "end_drags",
     "force_value",
     "guard",
     "is_own_server",

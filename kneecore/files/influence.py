@@ -58,6 +58,7 @@ def to_dict(found: InfluenceResult) -> dict[str, Any]:
         "n_base": used.n_base,
         "n_evaluations": used.n_evaluations,
         "n_failed_rows": used.n_failed_rows,
+        **({} if used.n_used is None else {"n_used": used.n_used.tolist()}),
         "counts": dict(found.counts),
         **origin_table(found.model),
         "versions": dict(found.versions),
@@ -77,11 +78,13 @@ def _indices(document: dict[str, Any], shape: tuple[int, int]) -> Indices:
             if both is None
             else array([both["lower"], both["upper"]], (2, *shape), "interval_95")
         )
+    n_used = document.get("n_used")
     return Indices(
         constant=array(document["constant"], shape[:1], "constant").astype(bool),
         n_base=int(document["n_base"]),
         n_evaluations=int(document["n_evaluations"]),
         n_failed_rows=int(document["n_failed_rows"]),
+        n_used=None if n_used is None else array(n_used, shape[:1], "n_used").astype(np.int64),
         **read,
     )
 

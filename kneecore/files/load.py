@@ -17,15 +17,30 @@ from kneecore.files.digest import check_digest
 from kneecore.files.study_relations import check_relations
 from kneecore.presented import Format, format_with_schema
 
-__all__ = ["MAX_BYTES", "from_json", "load", "load_with", "read_document", "read_object"]
+__all__ = [
+    "MAX_BYTES",
+    "from_json",
+    "load",
+    "load_with",
+    "parse_object",
+    "read_document",
+    "read_object",
+]
 
 MAX_BYTES = 50_000_000
 WITH_OTHERS = "paper.json"
 """The result that has others beside it: the paper's searches and samples."""
 
 
-def _document(text: str) -> dict[str, Any]:
-    document = parse_json(text, MAX_BYTES)
+def parse_object(text: str, limit: int = MAX_BYTES) -> dict[str, Any]:
+    """Return the JSON object in a text of at most `limit` bytes.
+
+    Raises
+    ------
+    FileFormatError
+        If it is none.
+    """
+    document = parse_json(text, limit)
     if not isinstance(document, dict):
         raise FileFormatError("not a JSON object")
     return document
@@ -62,7 +77,7 @@ def from_json(text: str, form: Format) -> Any:
     FileFormatError
         If the text is no result of this form.
     """
-    return read_document(_document(text), form)
+    return read_document(parse_object(text), form)
 
 
 def _path(given: str | Path) -> Path:
@@ -90,7 +105,7 @@ def read_object(path: str | Path) -> dict[str, Any]:
         names the file.
     """
     try:
-        document = _document(_text_of(_path(path)))
+        document = parse_object(_text_of(_path(path)))
         check_plain(document)
         check_digest(document)
     except FileFormatError as error:
@@ -127,7 +142,7 @@ def load(path: str | Path) -> Any:
     if path.is_dir():
         path = _only_result(path)
     try:
-        document = _document(_text_of(path))
+        document = parse_object(_text_of(path))
         form = format_with_schema(document.get("schema"))
         if form is None:
             raise FileFormatError(

@@ -98,7 +98,7 @@ def model_table(model: Model) -> dict[str, Any]:
         "size": model.size,
         "size_name": model.size_name,
         "size_unit": model.size_unit,
-        "inputs": [_input_table(i) for i in model.inputs],
+        "inputs": [_input_table(i, model.measurements.get(i.name, i.name)) for i in model.inputs],
         "outputs": [
             {
                 "name": o.name,
@@ -114,7 +114,7 @@ def model_table(model: Model) -> dict[str, Any]:
     }
 
 
-def _input_table(one: Input) -> dict[str, Any]:
+def _input_table(one: Input, measurement: str) -> dict[str, Any]:
     """Return an input; what is usual of its values and their distribution is left out."""
     own = {name: getattr(one, name) for name in _OF_VALUES}
     usual = {field.name: field.default for field in dataclasses.fields(Input)}
@@ -128,6 +128,8 @@ def _input_table(one: Input) -> dict[str, Any]:
         "shown_scale": one.shown_scale,
         **{name: value for name, value in own.items() if value != usual[name]},
     }
+    if measurement != one.name:
+        table["measurement"] = measurement
     if one.choices is not None:
         table |= {"lower": None, "upper": None, "choices": list(one.choices)}
     return table

@@ -101,8 +101,15 @@ def _influence(found: InfluenceResult) -> None:
     check_holds("n_failed_rows", fits, "the others of the rows that were evaluated are `n_base`")
     _counts(found.counts, used.n_evaluations)
     least, in_a_row = used.n_failed_rows, len(found.names) + 2
-    failed = found.counts.get("failed", least)
-    check_holds("counts.failed", least <= failed <= least * in_a_row, "they are in failed rows")
+    failed, partial = found.counts.get("failed", least), found.counts.get("partial", 0)
+    in_rows = failed <= least * in_a_row and least <= failed + partial
+    check_holds("counts.failed", in_rows, "they are in failed rows")
+    if used.n_used is not None:
+        _between("n_used", used.n_used, 0, used.n_base)
+        check_holds("n_used", (used.n_used < used.n_base).any(), "below `n_base` for some output")
+        check_holds("n_used", partial > 0, "some runs failed in some outputs only")
+        has = np.isfinite(used.total_order).any(axis=1)
+        check_holds("n_used", ~(has & used.unknown), "less than a quarter has no indices")
     for name in ("first_order", "total_order"):
         both = getattr(used, f"{name}_interval")
         if both is not None:
@@ -122,7 +129,9 @@ def _influence(found: InfluenceResult) -> None:
 
 def _landscape(found: Landscape) -> None:
     _counts(found.counts, found.n_models)
-    check_equal("counts.failed", found.counts.get("failed", found.n_failed), found.n_failed)
+    gappy = int(np.count_nonzero(~np.isfinite(found.y).all(axis=-1)))
+    told = sum(found.counts.get(name, 0) for name in ("failed", "partial"))
+    check_equal("counts.failed", told if found.counts else gappy, gappy)
     check_within("x", found.model, found.x[None])
     for name, axis in zip(found.names, found.axes, strict=True):
         check_holds("axes", np.diff(axis) > 0.0, "they rise")
@@ -178,10 +187,11 @@ def _accuracy_allocation(found: AccuracyAllocation) -> None:
     model, within = found.model, found.settings.within
     costs = found.settings.costs or {}
     check_equal("measurements.cost", found.costs, [costs.get(n, 1.0) for n in found.names])
-    if isinstance(model, Knee):  # of any other, files do not hold what is measured together
-        members = members_of(model)
-        if found.names != tuple(members):
-            raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+    members = members_of(model)
+    told = isinstance(model, Knee) or any(one.measurement for one in model.inputs)
+    if told and found.names != tuple(members):  # older files of other models do not tell
+        raise FileFormatError(f"`measurements` must be {', '.join(members)}, in this order")
+    if isinstance(model, Knee):  # of others it is not told whether they were per cent
         stated = [tolerance for tolerance, _ in stated_tolerances(model, members.values())]
         check_equal("measurements.stated", found.stated, stated)
     known = sorted(name for group in found.inputs for name in group)
@@ -232,9 +242,11 @@ def _surrogate_quality(quality: SurrogateQuality) -> None:
         size=1.0,
         rounding=rounding,
     )
-    check_holds(
-        "n_failed", quality.n_failed < quality.settings.training_samples, "below `training_samples`"
-    )
+    n_training = quality.settings.training_samples
+    check_holds("n_failed", quality.n_failed < n_training, "below `training_samples`")
+    _counts(quality.counts, n_training + quality.settings.n_test)
+    failed = quality.n_failed + quality.settings.n_test - quality.n_test
+    check_equal("counts.failed", quality.counts.get("failed", failed), failed)
 
 
 def _comparison(found: Comparison) -> None:

@@ -9,6 +9,7 @@ from kneecore.files.model import array
 from kneecore.files.origin import (
     numbers_of,
     origin_table,
+    read_counts,
     read_origin,
     read_seconds,
     read_versions,
@@ -44,6 +45,7 @@ def to_dict(quality: SurrogateQuality) -> dict[str, Any]:
         },
         "n_failed": quality.n_failed,
         "n_test": quality.n_test,
+        "counts": dict(quality.counts),
         **origin_table(quality.model),
         "versions": dict(quality.versions),
         "seconds": rounded(quality.seconds),
@@ -76,6 +78,7 @@ def from_dict(document: dict[str, Any]) -> SurrogateQuality:
         ),
         n_failed=int(document["n_failed"]),
         n_test=int(document["n_test"]),
+        counts=read_counts(document),
         seconds=read_seconds(document),
         versions=read_versions(document),
     )

@@ -74,23 +74,25 @@ def _add_product(matrix, first, v, y):  # type: ignore[no-untyped-def]
 
 
 @written_in
-def _four_kernels(x, squares, centres, centre_squares, first, q, parts):  # type: ignore[no-untyped-def]
+def _four_kernels(  # type: ignore[no-untyped-def]
+    x, squares, centres, centre_squares, first, q, flat, bits, mantissas, mantissa_bits, exponents
+):
     """Fill `q` (4, LANES) with q log2(q) of the squared distances from four centres on.
 
     q = |x|^2 + |c|^2 - 2 x.c, and `centres` holds -2 c. Exponent and mantissa of q are taken apart
-    as integers in `parts` (2, 4 LANES).
+    as integers: `flat` and `bits` are views of `q`, and `mantissa_bits` is one of `mantissas`. All
+    of shape (4 LANES,), and made by the caller: views made here would be counted for each call.
     """
     for i in range(4):
         for j in range(LANES):
             q[i, j] = squares[j] + centre_squares[first + i]
     _add_product(centres, first, x, q)
-    flat = q.reshape(4 * LANES)
-    bits, mantissa_bits = flat.view(np.int32), parts[0].view(np.int32)
-    mantissas, exponents = parts[0], parts[1]
     for i in range(4 * LANES):
         bits[i] = max(bits[i], _NOTHING)  # rounding may leave q a little below 0
-        exponent = np.int32((bits[i] - _SQRT_HALF_BITS) >> _MANTISSA)
-        mantissa_bits[i] = bits[i] - np.int32(exponent << _MANTISSA)
+        # Back to 32 bits at each step: in Python's arithmetic they would be 64.
+        above = np.int32(bits[i] - _SQRT_HALF_BITS)
+        exponent = np.int32(above >> _MANTISSA)
+        mantissa_bits[i] = np.int32(bits[i] - np.int32(exponent << _MANTISSA))
         exponents[i] = np.float32(exponent)
     for i in range(4 * LANES):
         f = mantissas[i] - _ONE
@@ -110,6 +112,8 @@ def _compare(  # type: ignore[no-untyped-def]
     q, y = np.empty((4, LANES), np.float32), np.empty((4, LANES), np.float32)
     parts, sums = np.empty((2, 4 * LANES), np.float32), np.empty((2, LANES), np.float32)
     squares, total = sums[0], sums[1]
+    flat, mantissas, exponents = q.reshape(4 * LANES), parts[0], parts[1]
+    bits, mantissa_bits = flat.view(np.int32), mantissas.view(np.int32)
     for k in range(2 * d_pad):
         for j in range(LANES):
             x[k, j] = _ZERO
@@ -119,7 +123,19 @@ def _compare(  # type: ignore[no-untyped-def]
         own = x[half * d_pad : (half + 1) * d_pad]
         _load(pairs, first, stop, half * d, shift, own, squares)
         for i in range(0, n, 4):
-            _four_kernels(own, squares, centres, centre_squares, i, q, parts)
+            _four_kernels(
+                own,
+                squares,
+                centres,
+                centre_squares,
+                i,
+                q,
+                flat,
+                bits,
+                mantissas,
+                mantissa_bits,
+                exponents,
+            )
             for k in range(4):
                 for j in range(LANES):
                     phi[i + k, j] = q[k, j] if half == 0 else phi[i + k, j] - q[k, j]

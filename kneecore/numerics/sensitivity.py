@@ -1,8 +1,9 @@
 """Variance-based sensitivity: which inputs decide an output's spread.
 
 The design is Saltelli's (Comput. Phys. Commun. 181:259-270, 2010): two independent Sobol' samples A
-and B, and for each input the rows of A with that input taken from B. The estimators are SciPy's
-(`scipy.stats.sobol_indices`); intervals come from resampling the base rows.
+and B, and for each input the rows of A with that input taken from B. The estimators are those of
+`scipy.stats.sobol_indices`, which takes powers of two only: here an output that failed in some
+rows has those that it did not fail in. Intervals come from resampling the base rows.
 
 Examples
 --------
@@ -12,8 +13,9 @@ Examples
 array([0.8, 0.2, 0. ])
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import scipy  # its subpackages are loaded when they are used: a page's start needs none
@@ -50,13 +52,26 @@ class Indices:
     """Base rows used: a power of two."""
     n_evaluations: int
     n_failed_rows: int
-    """Base rows that were replaced since one of their d + 2 evaluations failed."""
+    """Base rows that were replaced: no output was known in all of their d + 2 evaluations."""
+    n_used: NDArray[np.int64] | None = None
+    """Base rows behind each output's indices, shape (s,), where some failed in some outputs only;
+    an output that has less than a quarter of `n_base` has no indices (NaN)."""
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Outputs that failed too often to have indices, shape (s,)."""
+        if self.n_used is None:
+            return np.zeros(len(self.constant), dtype=bool)
+        return _too_few(self.n_used, self.n_base)
 
 
-def _evaluate_rows(
-    model: Callable[[FloatArray], FloatArray], base: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return f_A (n, s), f_B (n, s) and f_AB (n, d, s) for base rows (n, 2 d)."""
+def _too_few(n_used: NDArray[np.int64], n_base: int) -> NDArray[np.bool_]:
+    found: NDArray[np.bool_] = n_used * MAX_TRIES < n_base
+    return found
+
+
+def _evaluate_rows(model: Callable[[FloatArray], FloatArray], base: FloatArray) -> "_Rows":
+    """Return what a model gives for base rows (n, 2 d)."""
     n, d = len(base), base.shape[1] // 2
     a, b = base[:, :d], base[:, d:]
     mixed = np.repeat(a[:, None], d, axis=1)
@@ -64,7 +79,35 @@ def _evaluate_rows(
     mixed[:, index, index] = b
     points = np.concatenate([a[:, None], b[:, None], mixed], axis=1)
     values = np.asarray(model(points.reshape(n * (d + 2), d))).reshape(n, d + 2, -1)
-    return values[:, 0], values[:, 1], values[:, 2:]
+    return _Rows(values[:, 0], values[:, 1], values[:, 2:])
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """What the model gave for base rows."""
+
+    f_a: FloatArray
+    """Shape (n, s)."""
+    f_b: FloatArray
+    f_ab: FloatArray
+    """Shape (n, d, s)."""
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """In which rows each output is known in all evaluations, shape (n, s)."""
+        known: NDArray[np.bool_] = (
+            np.isfinite(self.f_a) & np.isfinite(self.f_b) & np.isfinite(self.f_ab).all(axis=1)
+        )
+        return known
+
+    def part(self, rows: Any, outputs: Any = slice(None)) -> "_Rows":
+        """Return some rows and outputs."""
+        parts = (f[rows][..., outputs] for f in (self.f_a, self.f_b, self.f_ab))
+        return _Rows(*parts)
+
+
+def _joined(parts: Sequence[_Rows]) -> _Rows:
+    return _Rows(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(_Rows)))
 
 
 def _design(
@@ -74,10 +117,10 @@ def _design(
     seed: int,
     batch: int,
     callback: Callable[[int, int], object] | None,
-) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
-    """Evaluate base rows until `n_base` of them are whole; also count evaluations and failures."""
+) -> tuple[_Rows, int, int]:
+    """Evaluate base rows until `n_base` of them serve; also count evaluations and failures."""
     engine = scipy.stats.qmc.Sobol(2 * n_dimensions, rng=np.random.default_rng(seed))
-    kept: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    kept: list[_Rows] = []
     n_good = n_tried = 0
     size = min(batch, n_base)
     while n_good < n_base:
@@ -88,30 +131,51 @@ def _design(
             )
         if callback is not None and callback(min(n_good, n_base), n_base):
             raise InterruptedError
-        parts = _evaluate_rows(model, engine.random(size))
-        good = np.logical_and.reduce([np.isfinite(p).reshape(size, -1).all(axis=1) for p in parts])
-        kept.append((parts[0][good], parts[1][good], parts[2][good]))
+        rows = _evaluate_rows(model, engine.random(size))
+        good = rows.whole.any(axis=1)
+        kept.append(rows.part(good))
         n_good += int(np.count_nonzero(good))
         n_tried += size
-    f_a, f_b, f_ab = (np.concatenate([k[i] for k in kept])[:n_base] for i in range(3))
-    return f_a, f_b, f_ab, n_tried * (n_dimensions + 2), n_tried - n_good
+    used = _joined(kept).part(slice(n_base))
+    return used, n_tried * (n_dimensions + 2), n_tried - n_good
 
 
-def _estimate(
-    evaluations: tuple[FloatArray, FloatArray, FloatArray], rows: NDArray[np.int64]
-) -> tuple[FloatArray, FloatArray]:
-    """Return SciPy's first-order and total indices, shapes (s, d), of some of the base rows."""
-    f_a, f_b, f_ab = evaluations
-    found = scipy.stats.sobol_indices(
-        func={
-            "f_A": np.ascontiguousarray(f_a[rows].T),
-            "f_B": np.ascontiguousarray(f_b[rows].T),
-            "f_AB": np.ascontiguousarray(f_ab[rows].transpose(1, 2, 0)),
-        },
-        n=len(rows),
-    )
-    shape = f_ab.shape[2], f_ab.shape[1]  # SciPy drops the axis of a single output or input
-    return np.reshape(found.first_order, shape), np.reshape(found.total_order, shape)
+def _estimate(rows: _Rows) -> tuple[FloatArray, FloatArray]:
+    """Return first-order and total indices, shapes (s, d)."""
+    f_a, f_b = (np.ascontiguousarray(f.T) for f in (rows.f_a, rows.f_b))
+    f_ab = np.ascontiguousarray(rows.f_ab.transpose(1, 2, 0))
+    mean = np.mean([f_a, f_b], axis=(0, -1))[:, None]  # which makes the sums below exact
+    f_a, f_b, f_ab = f_a - mean, f_b - mean, f_ab - mean
+    variance = np.var([f_a, f_b], axis=(0, -1))
+    one = np.where(variance > 0.0, variance, np.inf)  # resampled rows may be all the same
+    first = np.mean(f_b * (f_ab - f_a), axis=-1) / one  # the paper's table 2, (b)
+    total = 0.5 * np.mean((f_a - f_ab) ** 2, axis=-1) / one  # (f)
+    return first.T, total.T
+
+
+def _resampled(rows: _Rows, n_resamples: int, seed: int) -> list[FloatArray]:
+    """Return 95 % intervals of first-order and total indices, shape (2, s, d) each."""
+    rng, n = np.random.default_rng(seed), len(rows.f_a)
+    found = [_estimate(rows.part(rng.integers(0, n, n))) for _ in range(n_resamples)]
+    return [np.percentile([one[k] for one in found], [2.5, 97.5], axis=0) for k in range(2)]
+
+
+def _alike(whole: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> Iterator[tuple[Any, Any]]:
+    """Yield (rows, outputs) of those wanted outputs that have the same rows."""
+    patterns, which = np.unique(whole[:, wanted], axis=1, return_inverse=True)
+    places = np.flatnonzero(wanted)
+    for k in range(patterns.shape[1]):
+        yield np.flatnonzero(patterns[:, k]), places[which.ravel() == k]
+
+
+def _constant(rows: _Rows, whole: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell which outputs do not vary over their rows, shape (s,)."""
+    both = np.concatenate([np.where(whole, f, np.nan) for f in (rows.f_a, rows.f_b)])
+    known = np.flatnonzero(whole.any(axis=0))
+    constant = np.zeros(whole.shape[1], dtype=np.bool_)
+    low, high = np.nanmin(both[:, known], axis=0), np.nanmax(both[:, known], axis=0)
+    constant[known] = high - low <= 1e-12 * np.maximum(np.abs(low), np.abs(high))
+    return constant
 
 
 def sobol_indices(
@@ -129,7 +193,8 @@ def sobol_indices(
     Parameters
     ----------
     model : callable
-        Maps points (n, d) of the unit cube to outputs (n, s); NaN is a failure.
+        Maps points (n, d) of the unit cube to outputs (n, s); NaN is a failure, which costs its
+        output the row; a row in which no output is whole is replaced.
     n_dimensions : int
         d
     n_base : int
@@ -149,32 +214,30 @@ def sobol_indices(
         If most of the rows hold a failed model.
     """
     n = n_drawn(n_base, "sobol")
-    f_a, f_b, f_ab, n_evaluations, n_failed = _design(
+    rows, n_evaluations, n_failed = _design(
         model, n_dimensions, n, check_seed(seed), batch, callback
     )
-    spread = np.ptp(np.concatenate([f_a, f_b]), axis=0)
-    size = np.abs(np.concatenate([f_a, f_b])).max(axis=0)
-    constant = spread <= 1e-12 * size
+    whole = rows.whole
+    n_used = whole.sum(axis=0)
+    constant = _constant(rows, whole) & ~_too_few(n_used, n)
     shape = (len(constant), n_dimensions)
-    first, total = np.full(shape, np.nan), np.full(shape, np.nan)
-    intervals: list[FloatArray | None] = [None, None]
-    varying = np.flatnonzero(~constant)
-    if len(varying):
-        evaluations = (f_a[:, varying], f_b[:, varying], f_ab[:, :, varying])
-        first[varying], total[varying] = _estimate(evaluations, np.arange(n))
-        rng = np.random.default_rng(seed)
-        resampled = [_estimate(evaluations, rng.integers(0, n, n)) for _ in range(n_resamples)]
-        for k in range(2 if n_resamples else 0):
-            both = np.full((2, *shape), np.nan)
-            both[:, varying] = np.percentile([r[k] for r in resampled], [2.5, 97.5], axis=0)
-            intervals[k] = both
+    orders = [np.full(shape, np.nan), np.full(shape, np.nan)]
+    intervals = [np.full((2, *shape), np.nan) for _ in orders] if n_resamples else [None, None]
+    for mine, outputs in _alike(whole, ~constant & ~_too_few(n_used, n)):
+        part = rows.part(mine, outputs)
+        for order, found in zip(orders, _estimate(part), strict=True):
+            order[outputs] = found
+        if n_resamples:
+            for both, found in zip(intervals, _resampled(part, n_resamples, seed), strict=True):
+                both[:, outputs] = found  # type: ignore[index]
     return Indices(
-        first_order=first,
-        total_order=total,
+        first_order=orders[0],
+        total_order=orders[1],
         first_order_interval=intervals[0],
         total_order_interval=intervals[1],
         constant=constant,
         n_base=n,
         n_evaluations=n_evaluations,
         n_failed_rows=n_failed,
+        n_used=None if whole.all() else n_used,
     )

@@ -16,10 +16,11 @@ from kneecore.report.outputs import drawn_line, heading, label, origin
 from kneecore.report.tables import render, table
 from kneecore.study.influence import InfluenceResult
 
-__all__ = ["WORDS", "answer"]
+__all__ = ["WORDS", "answer", "gaps"]
 
 FloatArray = NDArray[np.float64]
 _COUNT = 10
+_MOST_GAPS = 5
 
 
 def _subject(model: Model, column: int) -> tuple[str, str]:
@@ -46,6 +47,8 @@ def answer(
     where, what = _subject(found.model, column)
     if found.indices.constant[column]:
         return f"{where}{what} does not vary."
+    if found.indices.unknown[column]:
+        return f"{where}{what} failed too often to tell what decides it."
     told = [called(name) for name in names]
     if len(told) == 1:
         return f"{where}{told[0]} alone varies, and decides {what}."
@@ -95,11 +98,22 @@ def _groups(found: InfluenceResult) -> list[Table]:
 def _footer(found: InfluenceResult) -> str:
     used = found.indices
     became = [f"{used.n_failed_rows} rows replaced since a model failed", *counted(found.counts)]
-    drawn = "".join(f"{line}\n" for line in drawn_line(found.model))
+    drawn = "".join(f"{line}\n" for line in (*gaps(found), *drawn_line(found.model)))
     return (
         f"{used.n_base} base rows (a power of two), {used.n_evaluations:,} models: "
         f"{', '.join(became)}; {found.seconds['total']:.2f} s.\n{drawn}{origin(found.model)}"
     )
+
+
+def gaps(found: InfluenceResult) -> Sequence[str]:
+    """Return which outputs have fewer base rows than others, since they failed, in one line."""
+    n_used = found.indices.n_used
+    if n_used is None:
+        return []
+    short = [k for k in np.argsort(n_used, kind="stable") if n_used[k] < found.indices.n_base]
+    told = [f"{found.model.columns[k].title} {n_used[k]}" for k in short[:_MOST_GAPS]]
+    more = f" and {len(short) - _MOST_GAPS} outputs more" if len(short) > _MOST_GAPS else ""
+    return [f"Base rows of outputs that failed in some runs: {', '.join(told)}{more}."]
 
 
 def _parts(found: InfluenceResult) -> Sequence[RenderableType]:

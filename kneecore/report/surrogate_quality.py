@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from kneecore.presented import Words
+from kneecore.report.marks import counted
 from kneecore.report.outputs import heading, label, origin, shown, solver
 from kneecore.report.tables import render, table
 from kneecore.study.surrogate_quality import SurrogateQuality
@@ -50,10 +51,13 @@ def _rows(quality: SurrogateQuality) -> Table:
 
 def _footer(quality: SurrogateQuality) -> str:
     seconds = ", ".join(f"{name} {value:.3f}" for name, value in quality.seconds.items())
+    became = counted(quality.counts)
+    of_all = f" Of all that were run: {', '.join(became)}." if became else ""
     return (
         f"{quality.settings.training_samples} runs to learn from, {quality.n_failed} failed; "
-        f"{quality.n_test} new points. Errors: root mean squares; leave-one-out: at the runs "
-        "themselves, each by the others. Rank: Spearman's correlation of surrogate and true model. "
+        f"{quality.n_test} new points.{of_all} "
+        "Errors: root mean squares; leave-one-out: at the runs themselves, each by the others. "
+        "Rank: Spearman's correlation of surrogate and true model. "
         f"A worst case lies at the ends of the range: a surrogate that is right on average can be "
         f"wrong there.\nSeed {quality.settings.seed}{solver(quality.model)}. Seconds: "
         f"{seconds}.\n{origin(quality.model)}"

@@ -62,7 +62,7 @@ class Pace:
         rows = min(target / self.cost_s, GROWTH * self._largest, MOST_ROWS)
         if left is not None and n_workers > 1:
             rows = min(rows, np.ceil(left / (2 * n_workers)))
-        return max(int(rows), 1)
+        return max(round(rows), 1)  # two runs of half a second are a second, if barely more
 
 
 class Cutter:

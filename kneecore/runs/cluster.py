@@ -43,8 +43,8 @@ class Cluster:
         If no scheduler answers there, or it has no workers.
     """
 
-    target_s = 1.0
-    """A scheduler and its workers take some milliseconds from one chunk to the next."""
+    target_s = 2.0
+    """A worker takes some milliseconds from one chunk to the next, most of them Dask's."""
 
     def __init__(self, address: str, timeout_s: float | None, retries: int) -> None:
         if find_spec("distributed") is None:

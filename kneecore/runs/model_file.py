@@ -29,7 +29,7 @@ _INPUT = (
     "shown_scale", "measurement",
 )  # fmt: skip
 _OUTPUT = ("name", "unit", "axis", "axis_name", "axis_unit", "scale")
-_FUNCTION = ("run", "batched", "gradient", "draw")
+_FUNCTION = ("run", "batched", "gradient", "draw", "picture_unit")
 _PROGRAM = ("command", "template", "read", "files", "folder", "keep_runs")
 _RUNS = ("workers", "keep", "timeout_s", "on_failure", "retries", "rerun_failures")
 _READ = ("json", "keys", "csv", "column", "delimiter", "text", "pattern", "function")
@@ -156,7 +156,7 @@ def _list(value: Any) -> list[Any]:
 
 def _functions(table: Any, folder: Path) -> dict[str, Any]:
     _table(table, "function", _FUNCTION, ("run",))
-    options: dict[str, Any] = {"batched": table.get("batched", False)}
+    options = {key: table[key] for key in ("batched", "picture_unit") if key in table}
     for key in ("run", "gradient", "draw"):
         if key in table:
             with _at(f"function.{key}"):

@@ -98,6 +98,46 @@ def _evidence(slopes: _CountedSlopes, found: ExactPair, moved: ClimbedPair | Non
     )
 
 
+def _moved(
+    model: Model,
+    found: ExactPair,
+    weights: FloatArray,
+    settings: ExactSettings,
+    report: Report | None,
+    *,
+    many_failed: bool,
+) -> ClimbedPair:
+    """Return the worst pair of the model itself, looked for from those of its proxy.
+
+    Where many fail it is looked for among the models of a screening, if it leaves any pair.
+    """
+    screened = model.screening if many_failed else model
+    pair = _climbed(screened, found, weights, settings, many_failed=many_failed)
+    if many_failed and not np.isfinite(pair.value):
+        screened, pair = model, _climbed(model, found, weights, settings, many_failed=True)
+    if not np.isfinite(pair.value):
+        raise ModelError("the model fails for every worst pair of the one near it (knees: at rest)")
+    if not many_failed:
+        return pair
+    stages = THOROUGH if settings.thorough else QUICK
+    return evolve_pair(
+        UnitModel(screened), pair, weights, stages=stages, seed=settings.seed, report=report
+    )
+
+
+def _climbed(
+    model: Model,
+    found: ExactPair,
+    weights: FloatArray,
+    settings: ExactSettings,
+    *,
+    many_failed: bool,
+) -> ClimbedPair:
+    return climb_from_patterns(
+        UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
+    )
+
+
 def exact_pair(
     model: Model,
     weights: FloatArray | None = None,
@@ -139,22 +179,7 @@ def exact_pair(
     moved = None
     if guide is not model:
         many_failed = slopes.n_failed > MANY_FAILED * slopes.n_simulated
-        moved = climb_from_patterns(
-            UnitModel(model), found, weights, seed=settings.seed, many_failed=many_failed
-        )
-        if not np.isfinite(moved.value):
-            raise ModelError(
-                "the model fails for every worst pair of the one near it (knees: at rest)"
-            )
-        if many_failed:
-            moved = evolve_pair(
-                UnitModel(model.screening),
-                moved,
-                weights,
-                stages=THOROUGH if settings.thorough else QUICK,
-                seed=settings.seed,
-                report=report,
-            )
+        moved = _moved(model, found, weights, settings, report, many_failed=many_failed)
     u, y = (found.u, found.y) if moved is None else (moved.u, moved.y)
     first = next(k for k in model.order if weights[k] > 0.0)
     if y[0, first] > y[1, first]:

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from kneecore._arguments import shown
 from kneecore._threads import thread_count
 from kneecore._version import versions
-from kneecore.errors import ParameterError
+from kneecore.errors import ModelError, ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
 from kneecore.numerics.sensitivity import Indices, sobol_indices
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.study.arguments import checked_settings
+from kneecore.study.partial import count_partial
 from kneecore.study.settings import InfluenceSettings
 from kneecore.unit_model import UnitModel
 
@@ -49,8 +50,9 @@ class InfluenceResult(Presented):
     indices: Indices
     """First axis the m outputs, second axis the free inputs."""
     counts: Mapping[str, int]
-    """Models that were run by what became of them, as in `MonteCarloResult`; empty where an older
-    file did not tell."""
+    """Models that were run by what became of them, as in `MonteCarloResult`, "partial" among them:
+    a run that failed in some outputs costs those outputs its base row, not the others. Empty where
+    an older file did not tell."""
     seconds: Mapping[str, float]
     threads: int
     versions: Mapping[str, str]
@@ -123,7 +125,12 @@ def influence(
     start = time.perf_counter()
     counted = UnitModel(model, drawn=True, every_mark=True)
     found = _indices(counted, settings, callback)
-    if found.constant.all():
+    if found.unknown.all():
+        raise ModelError(
+            "each output failed in more than three quarters of the rows of the sensitivity design; "
+            f"narrower bounds are needed{model.told_failure}"
+        )
+    if (found.constant | found.unknown).all():
         raise ParameterError(
             f"the bounds of the {model.n_free} free inputs move no output; bounds that move at "
             "least one are needed"
@@ -152,16 +159,20 @@ def _sums_of_groups(model: Model, first_order: FloatArray) -> dict[str, FloatArr
 
 def _indices(model: UnitModel, settings: InfluenceSettings, callback: Callback | None) -> Indices:
     reached = [0, settings.n_base]
+    clock = Clock()
 
     def watch(done: int, total: int) -> object:
         reached[:] = done, total
         if callback is None:
             return False
-        return callback(Progress(stage="sampling", done=done, total=total))
+        left = clock.left(done, total - done)
+        return callback(Progress(stage="sampling", done=done, total=total, seconds_left=left))
 
     def run(u: FloatArray) -> FloatArray:
         # Within a batch of base rows too, for a slow model's sake.
-        return model(u, None if callback is None else lambda _: watch(reached[0], reached[1]))
+        y = model(u, None if callback is None else lambda _: watch(reached[0], reached[1]))
+        count_partial(model.counts, y)
+        return y
 
     try:
         return sobol_indices(

@@ -25,10 +25,11 @@ from kneecore.errors import ParameterError
 from kneecore.model import Model
 from kneecore.numerics.sampling_options import check_count
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.search.arguments import check_model
 from kneecore.search.training import TrainedSurrogate
 from kneecore.study.budget import grid_budget
+from kneecore.study.partial import count_partial
 
 __all__ = ["Landscape", "landscape"]
 
@@ -67,8 +68,8 @@ class Landscape(Presented):
 
     @property
     def n_failed(self) -> int:
-        """Number of models that failed."""
-        return int(np.count_nonzero(~np.isfinite(self.y).all(axis=-1)))
+        """Number of models that failed in all outputs; one that failed costs a hole in its own."""
+        return int(np.count_nonzero(~np.isfinite(self.y).any(axis=-1)))
 
     @property
     def error(self) -> FloatArray | None:
@@ -93,9 +94,11 @@ def _run(
     model: Model, points: FloatArray, callback: Callback | None
 ) -> tuple[FloatArray, dict[str, int]]:
     """Run a model for points (n, d), with a report after every few; count what became of them."""
+    clock, total = Clock(), len(points)
 
     def watch(done: int) -> object:
-        report = Progress(stage="sampling", done=done, total=len(points))
+        left = clock.left(done, total - done)
+        report = Progress(stage="sampling", done=done, total=total, seconds_left=left)
         return callback is not None and callback(report)
 
     if watch(0):
@@ -106,6 +109,7 @@ def _run(
     for done in model.stream(batches, observe=True, watch=watch):
         parts.append(done.y)
         counts.update(done.counts)
+        count_partial(counts, done.y)
     if sum(map(len, parts)) < len(points):
         raise Cancelled
     watch(len(points))

@@ -26,9 +26,10 @@ from kneecore.model import Evaluation, Model
 from kneecore.numerics.moments import GappyStream, Stream, restored
 from kneecore.numerics.sampling import batches, n_drawn
 from kneecore.presented import Presented
-from kneecore.progress import Callback, Cancelled, Progress
+from kneecore.progress import Callback, Cancelled, Clock, Progress
 from kneecore.record import Arrays, KeptStep, kept_step
 from kneecore.study.arguments import checked_settings
+from kneecore.study.partial import count_partial
 from kneecore.study.settings import SamplingSettings
 
 __all__ = ["MonteCarloResult", "Spread", "monte_carlo"]
@@ -104,17 +105,14 @@ class _Sums:
         """Take in a batch; failed samples only count, and an output that failed costs itself."""
         finite = np.isfinite(done.y)
         good, usable = finite.all(axis=1), finite.any(axis=1)
-        n_partial = int(np.count_nonzero(usable & ~good))
-        self._add_y(done.y[usable], with_gaps=n_partial > 0)
+        self._add_y(done.y[usable], with_gaps=bool((usable & ~good).any()))
         for name, values in done.observed.items():
             self.streams.setdefault(name, Stream(self.total)).add(values[good])
         if self.marks is not None:
             self.below = self.below + (done.y[usable][:, None] < self.marks[None]).sum(axis=0)
         for name, count in done.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count
-        if n_partial:
-            self.counts["failed"] -= n_partial
-            self.counts["partial"] = self.counts.get("partial", 0) + n_partial
+        count_partial(self.counts, done.y)
         self.n_done += len(done.y)
 
     def _add_y(self, y: FloatArray, *, with_gaps: bool) -> None:
@@ -271,9 +269,12 @@ def _sample(
                 expected.append(len(unit))
                 yield model.drawn(unit)
 
+    clock = Clock()
+
     def watch(done: int) -> object:
         done = min(n_before + done, sums.total)
-        report = Progress(stage="sampling", done=done, total=sums.total)
+        left = clock.left(done - n_before, sums.total - done)
+        report = Progress(stage="sampling", done=done, total=sums.total, seconds_left=left)
         return callback is not None and callback(report)
 
     for done in model.stream(points_left(), observe=True, watch=watch):

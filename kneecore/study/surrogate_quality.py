@@ -144,6 +144,9 @@ class SurrogateQuality(Presented):
     """Training samples that failed and were left out."""
     n_test: int
     """New points, failed ones apart."""
+    counts: Mapping[str, int]
+    """All models that were run by what became of them, as in `MonteCarloResult`; empty where an
+    older file did not tell."""
     seconds: Mapping[str, float]
     """sampling and fit of the training samples, test"""
     versions: Mapping[str, str]
@@ -189,7 +192,7 @@ def surrogate_quality(
         If too many models failed.
     """
     settings = checked_settings(model, SurrogateQualitySettings, settings, callback)
-    counted = UnitModel(model)
+    counted = UnitModel(model, every_mark=True)
     search = SearchSettings(training_samples=settings.training_samples, seed=settings.seed)
     training = train(counted, search, callback)
     report = Progress(stage="testing the surrogate", done=0, total=settings.n_test)
@@ -205,6 +208,7 @@ def surrogate_quality(
         judgement=judgement,
         n_failed=training.n_failed,
         n_test=len(u),
+        counts=counted.counts,
         seconds={
             "sampling": training.seconds_sampling,
             "fit": training.seconds_fit,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from kneeviz.actions import live, view
+from kneeviz.actions import ghosts, live, view
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 
@@ -15,6 +15,10 @@ def _toggle(page: Page, value: Asked, what: str) -> None:
         live.set_live(page, not page.live.on)
     elif what == "forces":
         view.set_forces(page, not page.view.scene.forces)
+    elif what == "beside":
+        view.set_beside(page, not page.beside)
+    elif what == "ghosts":
+        ghosts.show_ghosts(page, not page.keeps_ghosts)
     elif what == "dark":
         view.set_dark(page, not page.view.dark)
 

@@ -13,31 +13,72 @@ from kneeviz.actions.view import set_forces, set_mode, set_overlay, set_playing
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.state.bounds import WIDTH, Bounds
-from kneeviz.state.lesson import SetAside
+from kneeviz.state.lesson import Answers, SetAside
+from kneeviz.state.lesson_facts import FACTS
+from kneeviz.state.lesson_steps import BEGUN, NOTHING, OVER, STEPS
 from kneeviz.state.snapshot import Snapshot
-from kneeviz.views.tabs.learn import STEPS
 
 
 def _lesson_press(page: Page, value: Asked | None) -> None:
     if page.lesson is None:
         _begin(page)
-        open_step(page, 0)
+    else:
+        _reveal(page, None if value is None else value.client_id)
+
+
+def _reveal(page: Page, client_id: int | None) -> None:
+    """Do what the open step shows, and tell what was seen as soon as it is known."""
+    assert page.lesson is not None
+    if not page.surrogate_ready:
+        if client_id is not None:
+            text = "The model is still being prepared; try again in a moment."
+            page.notices.tell(client_id, "Not now", text)
         return
     for instruction in STEPS[page.lesson].on_press:
-        follow(page, instruction, None if value is None else value.client_id)
+        follow(page, instruction, client_id)
+    page.answers.waiting = True
+    tell(page)
+
+
+def tell(page: Page) -> None:
+    """Tell what a revealed step has shown, if that is still to be told and known by now."""
+    if page.lesson is None or not page.answers.waiting:
+        return
+    fact = FACTS[STEPS[page.lesson].name](page.state)
+    if fact is not None:
+        page.answers.reveal(page.lesson, fact)
+    elif page.search.job is None:
+        page.answers.waiting = False
+        page.say(NOTHING, "bad")
+    page.view.learn.show(page.lesson, page.answers)
+    page.touched = True
+
+
+def _lesson_choice(page: Page, _value: Asked, place: int) -> None:
+    if page.lesson is not None and place < len(STEPS[page.lesson].choices):
+        page.answers.give(page.lesson, place)
+        page.view.learn.show(page.lesson, page.answers)
+
+
+def _lesson_number(page: Page, value: Asked) -> None:
+    # Its widget shows it already: to write there would put back what is typed on meanwhile.
+    if page.lesson is not None and not STEPS[page.lesson].choices:
+        page.answers.give(page.lesson, float(value.value))
 
 
 def _lesson_turn(page: Page, value: Asked) -> None:
-    at = -1 if page.lesson is None else page.lesson
-    to = at + (1 if value.value == "Next" else -1)
-    if 0 <= to < len(STEPS):
-        open_step(page, to)
+    by = 1 if value.value == "Next" else -1
+    if page.lesson is None:
+        if by > 0:
+            _begin(page)
+    elif 0 <= page.lesson + by < len(STEPS):
+        open_step(page, page.lesson + by)
     else:
         _end(page)
 
 
 def _begin(page: Page) -> None:
-    """Put the visitor's state aside: the lesson has one of its own, and its own way back."""
+    """Open the first step, the visitor's state put aside: the lesson has one of its own."""
     page.set_aside = SetAside(
         state=page.snapshot(),
         history=page.history,
@@ -49,14 +90,17 @@ def _begin(page: Page) -> None:
         band=page.study.with_band,
     )
     page.study.with_band = False
+    page.answers = Answers()
     _clean(page)
     page.begin()
+    open_step(page, 0)
+    page.say(BEGUN)
 
 
 def _end(page: Page) -> None:
     """Give the visitor back what he had."""
     page.lesson = None
-    page.view.learn.show(None)
+    page.view.learn.show(None, page.answers)
     aside, page.set_aside = page.set_aside, None
     if aside is None:
         return
@@ -68,7 +112,7 @@ def _end(page: Page) -> None:
     set_forces(page, aside.forces)
     set_playing(page, aside.playing)
     page.playback.set_share(aside.share)
-    page.say("The lesson is over: your knee, bounds and result are back.")
+    page.say(OVER)
 
 
 def _clean(page: Page) -> None:
@@ -95,7 +139,9 @@ def _show_pair(page: Page, client_id: int | None) -> None:
 def open_step(page: Page, number: int) -> None:
     """Open a step of the lesson and do what it opens with."""
     page.lesson = number
-    page.view.learn.show(number)
+    page.answers.open()
+    page.view.learn.show(number, page.answers)
+    page.touched = True
     for instruction in STEPS[number].on_open:
         follow(page, instruction, None)
 
@@ -126,4 +172,6 @@ def follow(page: Page, instruction: tuple[Any, ...], client_id: int | None) -> N
 ACTIONS: dict[str, Callable[..., None]] = {
     "lesson_press": _lesson_press,
     "lesson_turn": _lesson_turn,
+    "lesson_choice": _lesson_choice,
+    "lesson_number": _lesson_number,
 }

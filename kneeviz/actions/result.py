@@ -4,6 +4,7 @@ from kneecore import SearchResult
 from kneecore import command_line as command_of
 from kneeviz.page import belonging
 from kneeviz.page.page import Page
+from kneeviz.state import results
 from kneeviz.state.presets import BASELINE, OWN_KNEE, PRESETS, RANDOM, WORST
 from kneeviz.views import theme
 from kneeviz.views.html import pieces
@@ -13,6 +14,7 @@ from kneeviz.views.html.result import (
     differences,
     evidence_line,
     objective_line,
+    reconciled,
     repair_line,
     unfinished_line,
 )
@@ -23,9 +25,12 @@ def take_result(page: Page, result: SearchResult, *, reveal: bool = True) -> Non
 
     With `reveal` the knees are shown even if the visitor had hidden those before.
     """
+    before = page.state.result
+    if before is not None and results.solver(before) != results.solver(result):
+        page.other = before
     page.state.take_result(result)
     tab, preset = page.view.search, page.view.knee.preset
-    tab.overlay.visible = tab.adopt.visible = True
+    tab.offer_pair(True)
     options = (OWN_KNEE, BASELINE, *WORST, *PRESETS, RANDOM)
     if preset.options != options:
         chosen, preset.options = preset.value, options
@@ -45,13 +50,28 @@ def forget_result(page: Page) -> None:
     page.state.forget_result()
     page.show_overlay(False)
     tab, preset = page.view.search, page.view.knee.preset
-    tab.overlay.visible = tab.adopt.visible = False
+    tab.offer_pair(False)
     if preset.value in WORST:
         preset.value = OWN_KNEE
     preset.options = (OWN_KNEE, BASELINE, *PRESETS, RANDOM)
     for handle in page.view.files.result.values():
         handle.disabled = True
     show_result(page)
+
+
+def _beside_other(page: Page) -> str:
+    """Return how the result and one before it fit, of which one is at rest and one in motion."""
+    pair = (page.state.result, page.other)
+    if not page.exact_ready or any(r is None or r.stop_reason == "cancelled" for r in pair):
+        return ""
+    by_solver = {results.solver(r): r for r in pair if r is not None}
+    if len(by_solver) < 2 or not results.same_question(*by_solver.values()):
+        return ""
+    rest, moving = by_solver["equilibrium"], by_solver["dynamics"]
+    if rest.objective_model is None or moving.objective_model is None:
+        return ""
+    same_pair = results.objective_at_rest(moving)
+    return reconciled(rest.objective_model, moving.objective_model, same_pair)
 
 
 def show_result(page: Page) -> None:
@@ -64,7 +84,7 @@ def show_result(page: Page) -> None:
     sentence = plain(result.summary())
     told = f"<b>{sentence}</b><br>{objective_line(result)}"
     unfinished = unfinished_line(result, improving=page.live.improving)
-    evidence = unfinished + repair_line(result) + evidence_line(result)
+    evidence = unfinished + repair_line(result) + evidence_line(result) + _beside_other(page)
     command = ""
     if result.stop_reason != "cancelled":  # the command would go on to the end
         command = "The same without a browser:" + pieces.command_line(command_of(result) or "")

@@ -8,18 +8,19 @@ from kneeviz.page.page import Page
 
 def follow(page: Page) -> None:
     """Grey, fade or leave out together what does not belong to the state; cheap if all is done."""
-    standing = belonging.standing(page)
+    standing, ghosts = belonging.standing(page), belonging.ghosts(page)
     now = (
         standing,
         page.state.result,
         page.band,
         (page.overlay, page.live.on, page.view.dark),
+        ghosts,
     )
     if now == page.standing:
         return
     page.standing = now
     page.view.fade(belonging.faded(standing))
-    page.view.show_legends(page.overlay, belonging.band(page))
+    page.view.show_legends(page.overlay, belonging.band(page), ghosts=bool(ghosts))
     show_result(page)
     for subject in (study, methods, landscape):
         subject.refresh(page)

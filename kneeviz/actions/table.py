@@ -8,16 +8,20 @@ from kneeviz.actions import (
     commands,
     export,
     files,
+    ghosts,
     handles,
     knee,
     landscape,
     lesson,
+    links,
     live,
     methods,
+    pointer,
     search,
     study,
     undo,
     view,
+    visitors,
 )
 from kneeviz.jobs.messages import asked_by
 from kneeviz.page.page import Page
@@ -32,6 +36,8 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **knee.ACTIONS,
     **handles.ACTIONS,
     **view.ACTIONS,
+    **pointer.ACTIONS,
+    **ghosts.ACTIONS,
     **commands.ACTIONS,
     **search.ACTIONS,
     **live.ACTIONS,
@@ -42,6 +48,8 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **landscape.ACTIONS,
     **lesson.ACTIONS,
     **undo.ACTIONS,
+    **links.ACTIONS,
+    **visitors.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""

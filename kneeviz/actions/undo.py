@@ -2,27 +2,32 @@
 
 import time
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kneecore import FileFormatError
+from kneeviz.actions.ghosts import leave_behind
 from kneeviz.actions.knee import mirror_bounds, name_knee, refit
 from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
 from kneeviz.actions.search import stop_search
 from kneeviz.actions.view import set_overlay
 from kneeviz.jobs.messages import Asked, asked_by
+from kneeviz.page import steps
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
 from kneeviz.state.snapshot import Snapshot
 from kneeviz.views.html.pieces import escape
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
 
-_AT_WILL = frozenset({"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn"})
+_AT_WILL = frozenset(
+    {"undo", "redo", "start_over", "change", "lesson_press", "lesson_turn", "link", "open_link"}
+)
 """What sets knee and bounds together, as was asked."""
 
 
@@ -33,20 +38,15 @@ def note(page: Page, key: Hashable, value: Any) -> None:
     if name in _FOLLOWS:
         is_new = page.history.amend(present)
     else:
-        drag = _dragged(page, key, value)
-        is_new = page.history.record(
-            present,
-            who=asked_by(value),
-            what=_moved(key, value) if drag is None else drag,
-            now=time.monotonic(),
-            held=drag is not None,
-        )
+        is_new = steps.noted(page, key, value, drag=_dragged(page, key, value))
         if name == "grab_end":
             page.history.rest()
+    if is_new and name not in _AT_WILL:
+        _tell_what_was_clipped(page, last, asked_by(value))
+        if page.history.last is last and leave_behind(page, last):  # a step has begun
+            page.history.amend(page.snapshot())
     if is_new:
         _keep(page)
-        if name not in _AT_WILL:
-            _tell_what_was_clipped(page, last, asked_by(value))
 
 
 def _keep(page: Page) -> None:
@@ -66,12 +66,6 @@ def _tell_what_was_clipped(page: Page, last: Snapshot, client_id: int | None) ->
         page.notices.remark(client_id, "Limited", text)
 
 
-def _moved(key: Hashable, value: Any) -> Hashable | None:
-    """Return `key` if it is of a slider or a number, which a hand moves on; None otherwise."""
-    moves = isinstance(value, Asked) and type(value.value) in (int, float)
-    return key if moves else None
-
-
 def _dragged(page: Page, key: Hashable, value: Any) -> Hashable | None:
     """Return the drag of a handle that `key` belongs to, from its start to its end, or None."""
     if isinstance(key, tuple) and key[0] in ("grab_start", "grab_update", "grab_end"):
@@ -88,6 +82,7 @@ def restore(page: Page, wanted: Snapshot) -> None:
     page.view.set_settings(wanted.settings)
     _restore_box(page, wanted)
     set_live(page, wanted.live)
+    page.ghosts = wanted.ghosts
     _restore_result(page, wanted)
     page.move_to(wanted.x)
     name_knee(page, BASELINE if page.state.at_baseline else OWN_KNEE)
@@ -114,6 +109,21 @@ def _restore_result(page: Page, wanted: Snapshot) -> None:
     set_overlay(page, wanted.overlay)
 
 
+def complete(page: Page, told: Snapshot) -> Snapshot:
+    """Return a state that was told, with all settings: what it does not name is as at first.
+
+    Raises
+    ------
+    FileFormatError
+        If the page has no such settings.
+    """
+    fault = page.view.settings.fault(told.settings)
+    if fault is not None:
+        raise FileFormatError(f"the state's `settings`: {fault}")
+    all_settings = dict(page.view.first_settings) | dict(told.settings)
+    return replace(told, settings=tuple(all_settings.items()))
+
+
 def open_as_left(page: Page, left: Snapshot) -> None:
     """Open a page in the state in which it was left; one step back is where it began.
 
@@ -122,32 +132,22 @@ def open_as_left(page: Page, left: Snapshot) -> None:
     FileFormatError
         If the page has no such settings.
     """
-    fault = page.view.settings_fault(left.settings)
-    if fault is not None:
-        raise FileFormatError(f"the state's `settings`: {fault}")
-    restore(page, left)
+    restore(page, complete(page, left))
     page.history.record(page.snapshot(), who=None, what=None, now=time.monotonic())
     page.history.rest()
 
 
-def _step(page: Page, value: Asked | None, wanted: Snapshot | None, name: str) -> None:
-    if wanted is None:
-        if value is not None:
-            page.notices.tell(value.client_id, f"Nothing to {name}", "No change is left there.")
-        return
-    changes = wanted.changes_from(page.snapshot())
-    restore(page, wanted)
-    page.history.amend(page.snapshot())
-    _keep(page)
-    page.say(f"{name.capitalize()}: {', '.join(changes)}.")
+def _step(page: Page, value: Asked | None, name: str) -> None:
+    if steps.go(page, value, name, lambda wanted: restore(page, wanted)):
+        _keep(page)
 
 
 def _undo(page: Page, value: Asked | None) -> None:
-    _step(page, value, page.history.undo(), "undo")
+    _step(page, value, "undo")
 
 
 def _redo(page: Page, value: Asked | None) -> None:
-    _step(page, value, page.history.redo(), "redo")
+    _step(page, value, "redo")
 
 
 def _start_over(page: Page, _value: Asked | None) -> None:

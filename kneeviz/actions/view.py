@@ -2,9 +2,8 @@
 
 import time
 from collections.abc import Callable
-from typing import Any
 
-from kneeviz import viser_internals, viser_scripts
+from kneeviz import viser_internals
 from kneeviz.jobs.messages import Asked
 from kneeviz.page.page import Page
 from kneeviz.views.tabs.look import MODES
@@ -81,21 +80,6 @@ def leave_landscape(page: Page) -> None:
     page.touched = True
 
 
-def _joined(page: Page, _value: Any, client_id: int) -> None:
-    client = page.clients().get(client_id)
-    if client is not None:
-        page.framing.join(client, page.subject, time.monotonic())
-        viser_scripts.watch_charts(client)
-        viser_scripts.see_through(client, page.view.handles.unseen)
-        viser_scripts.name_widgets(
-            client, "the knees' curves", "The knee; its pose is told in the panel"
-        )
-
-
-def _resized(page: Page, _value: Any, client_id: int) -> None:
-    page.framing.resize(client_id, time.monotonic())
-
-
 def _dark(page: Page, value: Asked) -> None:
     set_dark(page, bool(value.value))
 
@@ -134,6 +118,17 @@ def set_overlay(page: Page, shown: bool) -> None:
     page.show_overlay(shown)
 
 
+def _beside(page: Page, value: Asked) -> None:
+    set_beside(page, bool(value.value))
+
+
+def set_beside(page: Page, beside: bool) -> None:
+    """Let both worst cases stand beside the visitor's knee, or over it."""
+    page.beside, page.touched = beside, True
+    if page.view.search.beside.value != beside:
+        page.view.search.beside.value = beside
+
+
 ACTIONS: dict[str, Callable[..., None]] = {
     "play": _play,
     "position": _position,
@@ -141,10 +136,9 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "speed": _speed,
     "loop": _loop,
     "view": _view,
-    "joined": _joined,
-    "resized": _resized,
     "dark": _dark,
     "large": _large,
     "forces": _forces,
     "overlay": _overlay,
+    "beside": _beside,
 }

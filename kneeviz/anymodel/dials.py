@@ -38,6 +38,8 @@ class Dial:
     """Bounds and nominal value, in the model's unit, exact."""
     allowed: tuple[float, ...] | None = None
     """The only values, where these are few."""
+    drawn: str = "uniform"
+    """How samples are drawn, in words."""
 
     @property
     def step(self) -> float:
@@ -106,6 +108,7 @@ def dial(index: int, one: Input) -> Dial:
         upper=one.upper,
         nominal=one.nominal,
         allowed=one.allowed,
+        drawn=one.drawn.words,
     )
 
 

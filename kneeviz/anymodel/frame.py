@@ -15,6 +15,10 @@ WIDTH, HEIGHT = 0.28, 0.28
 _MARGIN = 0.06
 _DASH, _GAP = 0.006, 0.004
 _RING = 0.0022
+_BAR_SHARE = 0.25
+"""Of the picture's width that the scale takes at most."""
+_BAR_ABOVE = 0.004
+"""m above the frame's lower edge."""
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
 
 
@@ -46,6 +50,21 @@ class Frame:
     def holds(self, points: FloatArray) -> bool:
         """Tell whether all points lie within the frame."""
         return bool((points >= self.low).all() and (points <= self.high).all())
+
+
+def scale_bar(frame: Frame) -> tuple[float, FloatArray]:
+    """Return a round length in the picture's unit, and its line below, in the scene, m.
+
+    The line, shape (3, 2, 2), has an end mark on either side.
+    """
+    width = frame.high[0] - frame.low[0]
+    longest = _BAR_SHARE * max(width, 1e-300)
+    power = 10.0 ** np.floor(np.log10(longest))
+    length = max(step for step in (power, 2.0 * power, 5.0 * power) if step <= longest * 1.000001)
+    left, bottom = -0.5 * frame.size[0], -0.5 * frame.size[1] + _BAR_ABOVE
+    right = left + length * frame.scale
+    ends = [[[x, bottom - _RING], [x, bottom + _RING]] for x in (left, right)]
+    return float(length), np.array([[[left, bottom], [right, bottom]], *ends])
 
 
 def frame_around(pictures: Iterable[Sequence[Shape]]) -> Frame | None:

@@ -6,7 +6,7 @@ The session's thread alone calls it; see `kneeviz.anymodel.session`.
 import math
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from kneeviz.anymodel.curves import curves_of
 from kneeviz.anymodel.frame import HEIGHT, WIDTH, Frame, widened
 from kneeviz.anymodel.pictures import ONE, OWN, TWO, Pictures
 from kneeviz.anymodel.runs import ModelRuns, apart
+from kneeviz.anymodel.snapshot import ModelSnapshot
 from kneeviz.anymodel.state import ModelState
 from kneeviz.anymodel.views import words
 from kneeviz.anymodel.views.view import ModelView
@@ -28,6 +29,7 @@ from kneeviz.jobs.uploads import Uploads
 from kneeviz.page.framing import Framing
 from kneeviz.page.notices import Notices
 from kneeviz.page.page import Clients, Target
+from kneeviz.state.history import History
 from kneeviz.views.html.pieces import escape, sentence
 from kneeviz.views.scene import camera
 
@@ -96,10 +98,30 @@ class ModelPage:
         """Whether the page says that the model is run."""
         self.after_learning: bool = False
         """Whether a search is to begin as soon as the learning has ended."""
+        self.keep: Callable[[ModelSnapshot], None] | None = None
+        """Takes each new state, where it is kept beyond the page."""
+        self.begin()
+
+    def begin(self) -> None:
+        """Let the present state be the one where the page began."""
+        self.history: History[ModelSnapshot] = History(self.snapshot())
+
+    def snapshot(self) -> ModelSnapshot:
+        """Return what a visitor may change and want back, as it is now."""
+        state = self.state
+        return ModelSnapshot(
+            x=state.x,
+            result=state.result,
+            overlay=state.overlay,
+            band=state.band,
+            column=state.column,
+            settings=self.view.settings.values,
+        )
 
     def start(self) -> None:
-        """Run the model once, and have it drawn."""
+        """Run the nominal model once, and have the sliders' point drawn."""
         self.follow()
+        self.runs.ask(self.state.model.nominal)
         self.draw()
 
     def stop(self) -> None:
@@ -206,6 +228,7 @@ class ModelPage:
         view.running.run.visible = state.slow
         if state.slow and state.seconds is not None:
             view.running.run.label = f"Run the model here ({words.duration(state.seconds)})"
+        view.study.drawn.show()
         view.search.cost.content = words.cost(state, {"At most": view.search.n_runs})
         studies = {} if view.study.in_surrogate else view.study.n_runs(state.model.n_free)
         view.study.cost.content = words.cost(state, studies)
@@ -232,4 +255,6 @@ class ModelPage:
         pictures += [state.shapes.get(w) if state.overlay else None for w in (ONE, TWO)]
         self.frame = widened(self.frame, [p for p in pictures if p])
         if self.frame is not None:
-            self.view.scene.draw(pictures, self.frame, self.view.colours)
+            scene, colours = self.view.scene, self.view.colours
+            scene.draw(pictures, self.frame, colours)
+            scene.draw_scale(self.frame, state.model.picture_unit, colours)

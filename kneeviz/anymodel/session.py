@@ -6,8 +6,10 @@ from typing import Any
 
 from kneecore import Model
 from kneeviz import viser_internals
-from kneeviz.anymodel.actions import study, table
+from kneeviz.anymodel import saved
+from kneeviz.anymodel.actions import study, table, undo
 from kneeviz.anymodel.page import ModelPage
+from kneeviz.anymodel.snapshot import ModelSnapshot
 from kneeviz.jobs.worker import Actions
 from kneeviz.page.loop import Loop
 from kneeviz.page.page import Clients, Target
@@ -36,6 +38,14 @@ class ModelSession(Loop[ModelPage]):
         self.page.start()
         self._worker.start()
 
+    def open_as_left(self, left: ModelSnapshot) -> None:
+        """Open the page in a state in which it was left, before `start`."""
+        undo.open_as_left(self.page, left)
+
+    def told(self, state: ModelSnapshot) -> str:
+        """Return a state of the page as the text of a file."""
+        return saved.to_text(state, self.page.state.model)
+
     # The worker's thread from here on.
 
     def _step(self, actions: Actions) -> float | None:
@@ -53,3 +63,7 @@ class ModelSession(Loop[ModelPage]):
 
     def _act(self, key: Hashable, value: Any) -> None:
         table.perform(self.page, key, value)
+
+    def _perform(self, key: Hashable, value: Any) -> None:
+        super()._perform(key, value)
+        undo.note(self.page, key, value)

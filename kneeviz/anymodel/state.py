@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import (
+    FileFormatError,
     InfluenceResult,
     KneecoreError,
     Landscape,
@@ -127,3 +128,21 @@ def belongs(result: SearchResult, model: Model) -> bool:
     return theirs.names == model.names and [(o.name, o.axis) for o in theirs.outputs] == [
         (o.name, o.axis) for o in model.outputs
     ]
+
+
+def of_this_model(model: Model, loaded: object) -> SearchResult:
+    """Return what was loaded, if it is a result of the page's model.
+
+    Raises
+    ------
+    FileFormatError
+        If it is something else.
+    """
+    if not isinstance(loaded, SearchResult):
+        raise FileFormatError("it is a knee; a result of this page's model is needed")
+    if not belongs(loaded, model):
+        raise FileFormatError(
+            f"`result` is of the model {loaded.model.name[:60]!r}, whose inputs and outputs are "
+            "others than this page's"
+        )
+    return loaded

@@ -79,6 +79,7 @@ def stand_in(trained: TrainedSurrogate) -> Model:
         model.inputs,
         model.outputs,
         batched=True,
+        correlation=model.correlation,
         name=f"surrogate of {model.name}"[:200],
         threads=model.threads,
     )

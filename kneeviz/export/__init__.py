@@ -1,4 +1,4 @@
-"""A search's result to take away: a page that moves by itself, an animation, a picture."""
+"""To take away: a search's result as page, animation or picture, and the lesson on paper."""
 
 from kneecore import SearchResult
 from kneecore.progress import Callback
@@ -8,7 +8,7 @@ NAMES = {"knees.html": "html", "knees.gif": "gif", "knees.png": "png"}
 
 
 def content(
-    kind: str, result: SearchResult, *, position: float, callback: Callback | None
+    kind: str, result: SearchResult | None, *, position: float, callback: Callback | None
 ) -> bytes:
     """Return an export; see `kneeviz.export.files.content`."""
     # Matplotlib, which only an export needs, takes half a second to load.

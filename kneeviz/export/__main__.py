@@ -1,4 +1,4 @@
-"""The command ``python -m kneeviz.export``: a search's result to take away."""
+"""The command ``python -m kneeviz.export``: a search's result, or the lesson, to take away."""
 
 import sys
 from collections.abc import Sequence
@@ -16,20 +16,22 @@ _File = Annotated[str | None, tyro.conf.arg(metavar="FILE")]
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Make a page, an animation or a picture of a search's result.
+    """Make a page, an animation or a picture of a search's result, or the lesson's sheet.
 
     The page is one HTML file that opens from disk, without a server or a network: for a course page
     or a supplement.
     """
 
-    result: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RESULT")]
-    """A search's result.json, or the folder that holds it."""
+    result: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="RESULT")] = None
+    """A search's result.json, or the folder that holds it; the lesson needs none."""
     html: _File = None
     """The page to write: both knees moving over the baseline, their curves, and what differs."""
     gif: _File = None
     """The animation to write: the motion there and back."""
     png: _File = None
     """The picture to write."""
+    lesson: _File = None
+    """The lesson's sheet to write, to be printed on A4: questions, and the answers at the end."""
     position: float = 0.0
     """What the picture shows, from 0 (full extension) to 1 (full flexion)."""
     force: bool = False
@@ -43,9 +45,12 @@ def _run(options: Options) -> int:
     from kneecore.cli.progress import ProgressDisplay
     from kneeviz.export import files
 
-    targets = files.targets(html=options.html, gif=options.gif, png=options.png)
+    targets = files.targets(
+        html=options.html, gif=options.gif, png=options.png, lesson=options.lesson
+    )
     files.check(targets, position=options.position, force=options.force)
-    result = SearchResult.load(options.result)
+    source = files.result_path(targets, options.result)
+    result = None if source is None else SearchResult.load(source)
     with ProgressDisplay(quiet=options.quiet) as told:
         made = {
             kind: files.content(kind, result, position=options.position, callback=told)

@@ -1,6 +1,6 @@
 """Which files an export writes, and how: checked before anything is computed, each whole or not."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from kneecore import Knee, SearchResult
@@ -10,8 +10,10 @@ from kneecore.progress import Callback
 from kneeviz.export import pictures
 from kneeviz.export.film import Film, film_of
 from kneeviz.export.page import html_page
+from kneeviz.export.sheet import html_sheet
 
-KINDS = ("html", "gif", "png")
+LESSON = "lesson"
+"""The kind that needs no result."""
 
 
 def targets(**given: str | None) -> dict[str, Path]:
@@ -24,13 +26,32 @@ def targets(**given: str | None) -> dict[str, Path]:
     """
     asked = {kind: Path(name) for kind, name in given.items() if name is not None}
     if not asked:
-        raise ParameterError("nothing is asked for; --html FILE, --gif FILE or --png FILE is")
+        raise ParameterError(
+            "nothing is asked for; --html FILE, --gif FILE, --png FILE or --lesson FILE is"
+        )
     for kind, path in asked.items():
         if not path.name:
             raise ParameterError(f"`{kind}` is {str(path)!r}; the name of a file is allowed")
     if len({path.absolute() for path in asked.values()}) < len(asked):
         raise ParameterError("two of the files have the same name")
     return asked
+
+
+def result_path(kinds: Iterable[str], given: str | None) -> str | None:
+    """Return where the result is that the kinds need, or None if they need none.
+
+    Raises
+    ------
+    ParameterError
+        If they need one and none is given.
+    """
+    needing = [kind for kind in kinds if kind != LESSON]
+    if needing and given is None:
+        raise ParameterError(
+            f"`RESULT` is not given; a search's result.json or its folder is needed for "
+            f"{', '.join(needing)}"
+        )
+    return given if needing else None
 
 
 def check(files: Mapping[str, Path], *, position: float, force: bool) -> None:
@@ -57,21 +78,25 @@ def check(files: Mapping[str, Path], *, position: float, force: bool) -> None:
 
 def content(
     kind: str,
-    result: SearchResult,
+    result: SearchResult | None,
     *,
     position: float = 0.0,
     callback: Callback | None = None,
 ) -> bytes:
-    """Return an export: `kind` is "html", "gif" or "png".
+    """Return an export: `kind` is "html", "gif", "png" or, without a result, "lesson".
 
     Raises
     ------
     ParameterError
         If there is no motion to draw: the result is of another model than a knee, or the model
-        failed for all its knees.
+        failed for all its knees; or there is no result.
     Cancelled
-        If `callback`, which gets reports while an animation is drawn, asked to stop.
+        If `callback`, which gets reports of what takes long, asked to stop.
     """
+    if kind == LESSON:
+        return html_sheet(callback).encode()
+    if result is None:
+        raise ParameterError(f"`{kind}` needs a result")
     if kind == "html":
         return html_page(result).encode()
     film = _film(kind, result)

@@ -1,7 +1,8 @@
 """How a camera must stand so that points fill its picture. Pure functions of numbers, in m."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ _ROOM, _LEAST_ROOM = 1.08, 1.03
 _LOOSE = 0.80
 """Share of a frame below which what it holds counts as small in it."""
 _OUTLINE_STEP = 4
+_BETWEEN = 0.005
+"""m between knees that stand side by side."""
 _HALF_DEPTH = 0.036
 """Of the bones in the 3D view, m."""
 
@@ -43,6 +46,22 @@ def knee_points(poses: Iterable[Pose], *, spatial: bool = False) -> FloatArray:
     plane = np.concatenate(parts)
     depths = (-_HALF_DEPTH, _HALF_DEPTH) if spatial else (0.0,)
     return np.concatenate([np.column_stack([plane, np.full(len(plane), z)]) for z in depths])
+
+
+def spacing(moments: Iterable[Sequence[Pose]]) -> float:
+    """Return how far apart knees must stand, m, so that neighbours never touch; whole cm.
+
+    Parameters
+    ----------
+    moments : iterable of sequence of Pose
+        For each moment of the motion the poses of all knees, from left to right.
+    """
+    widest = 0.0
+    for poses in moments:
+        ends = [knee_points([pose])[:, 0] for pose in poses]
+        needed = (left.max() - right.min() for left, right in pairwise(ends))
+        widest = max([widest, *needed])
+    return float(np.ceil(100.0 * (widest + _BETWEEN)) / 100.0)
 
 
 def axes_of(direction: FloatArray) -> tuple[FloatArray, FloatArray]:

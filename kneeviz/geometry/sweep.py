@@ -51,15 +51,25 @@ class Sweep:
             contact_force=force,
         )
 
+    @property
+    def _shares(self) -> FloatArray:
+        """Shares of the way at the corners, shape (k,), rising."""
+        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.flexion)) + 1e-9)])
+        shares: FloatArray = way / way[-1]
+        return shares
+
     def moment_at(self, share: float) -> float:
         """Return the moment at a share in [0, 1] of the way; equal shares turn equal angles."""
-        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.flexion)) + 1e-9)])
-        return float(np.interp(share, way / way[-1], self.moment))
+        return float(np.interp(share, self._shares, self.moment))
 
     def share_at(self, moment: float) -> float:
         """Return the share of the way at which `moment` acts: `moment_at` turned round."""
-        way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(self.flexion)) + 1e-9)])
-        return float(np.interp(-moment, -self.moment, way / way[-1]))
+        return float(np.interp(-moment, -self.moment, self._shares))
+
+    def share_bent(self, flexion: float) -> float:
+        """Return the share of the way at which the knee is bent by `flexion`, rad."""
+        order = np.argsort(self.flexion, kind="stable")
+        return float(np.interp(flexion, self.flexion[order], self._shares[order]))
 
 
 def sweep_of(x: FloatArray, response: Response, *, strain_free: bool = True) -> Sweep | None:

@@ -25,6 +25,8 @@ class JobProgress(NamedTuple):
     stage: str
     best: float | None = None
     """A search's best objective so far, deg."""
+    seconds_left: float | None = None
+    """What is left to wait for at most, where it is known."""
 
 
 class JobDone(NamedTuple):
@@ -84,7 +86,8 @@ class Job:
         if now - self._last_report >= _REPORT_SECONDS:
             self._last_report = now
             percent = 100.0 * min(progress.done / max(progress.total, 1), 1.0)
-            report = JobProgress(self, percent, progress.stage, progress.best)
+            left = progress.seconds_left
+            report = JobProgress(self, percent, progress.stage, progress.best, left)
             self._post(f"{self._key}_progress", report)
         return self._cancelled.is_set()
 

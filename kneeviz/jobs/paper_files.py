@@ -3,7 +3,7 @@
 import io
 import zipfile
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import kneecore
 from kneecore import Knee
@@ -21,6 +21,20 @@ _OUTCOMES: dict["Outcome", str] = {
 }
 
 
+class ClaimRow(NamedTuple):
+    """A claim of the paper and what became of it, for a table."""
+
+    place: str
+    """Section and figure."""
+    statement: str
+    paper: str
+    """The paper's figure or word."""
+    ours: str
+    outcome: str
+    fit: str
+    """Whether the baseline was fitted to it: "fitted", "related" to what was, or "not fitted"."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaperFiles:
     """A report's files and what it says in a line."""
@@ -28,8 +42,7 @@ class PaperFiles:
     model: Knee
     words: str
     """How many of the paper's claims hold, those apart that the baseline was not fitted to."""
-    claims: tuple[tuple[str, str, str, str], ...]
-    """Each claim's statement, the paper's figure, ours, and what became of it."""
+    claims: tuple[ClaimRow, ...]
     page: bytes
     """One HTML page with its figures inside."""
     everything: bytes
@@ -50,11 +63,23 @@ def redo(knee: Knee, *, quick: bool, seed: int, watch: Watch) -> PaperFiles:
     return PaperFiles(
         model=knee,
         words=_words(report),
-        claims=tuple(
-            (one.claim.statement, one.claim.paper, one.ours, one.outcome) for one in report.verdicts
-        ),
+        claims=_rows(report),
         page=files["paper.html"],
         everything=_packed(files),
+    )
+
+
+def _rows(report: "PaperReport") -> tuple[ClaimRow, ...]:
+    return tuple(
+        ClaimRow(
+            place=one.claim.place,
+            statement=one.claim.statement,
+            paper=one.claim.paper,
+            ours=one.ours,
+            outcome=one.outcome,
+            fit=one.claim.fit,
+        )
+        for one in report.verdicts
     )
 
 

@@ -44,7 +44,7 @@ class Animation:
     @property
     def running(self) -> bool:
         """Whether anything is on its way."""
-        return self.morphing or self.fading or self._glide is not None
+        return self.morphing or self.fading or self.gliding
 
     @property
     def morphing(self) -> bool:
@@ -55,6 +55,11 @@ class Animation:
     def fading(self) -> bool:
         """Whether the worst cases fade in."""
         return self._fade_began is not None
+
+    @property
+    def gliding(self) -> bool:
+        """Whether the motion glides to a place."""
+        return self._glide is not None
 
     def start_morph(self, shown: FloatArray, now: float) -> None:
         """Let the knee go from `shown` to what it shall be."""

@@ -11,6 +11,7 @@ from operator import attrgetter
 
 from kneeviz.jobs.paper_files import PaperFiles
 from kneeviz.page.page import Page
+from kneeviz.state.ghosts import Ghosts
 from kneeviz.state.knee import Solved
 from kneeviz.state.origin import Origin, of_found
 from kneeviz.state.shown import Band
@@ -18,7 +19,7 @@ from kneeviz.views.html.pieces import box
 
 WORST, BAND, KNEE, SURROGATE, LANDSCAPE = "worst", "band", "knee", "surrogate", "landscape"
 BASELINE, METHODS, SAMPLING, INFLUENCE = "baseline", "methods", "sampling", "influence"
-ACCURACY, PAPER = "accuracy", "paper"
+ACCURACY, PAPER, GHOSTS = "accuracy", "paper", "ghosts"
 
 TEXTS: dict[str, tuple[str, ...]] = {
     "transport.readout": (KNEE,),
@@ -37,14 +38,14 @@ TEXTS: dict[str, tuple[str, ...]] = {
 }
 """Every text of the view that tells of something computed, by its place, and of what."""
 PICTURES: dict[str, tuple[str, ...]] = {
-    "curve": (BASELINE, KNEE, SURROGATE, WORST, BAND),
+    "curve": (BASELINE, KNEE, SURROGATE, WORST, BAND, GHOSTS),
     "forces": (BASELINE, KNEE, WORST),
     "ap": (BASELINE, KNEE, WORST),
-    "curve_legend": (KNEE, WORST, BAND),
+    "curve_legend": (KNEE, WORST, BAND, GHOSTS),
     "force_legend": (KNEE, WORST),
     "ap_legend": (KNEE, WORST),
     "comparison": (KNEE, WORST),
-    "scene": (KNEE, WORST),
+    "scene": (KNEE, WORST, GHOSTS),
     "landscape": (LANDSCAPE,),
     "handles": (KNEE,),
 }
@@ -57,7 +58,9 @@ OTHERS = {
     "search.live_note": "what live does now; empty without it",
     "study.intro": "the same always",
     "learn.page": "the lesson",
+    "learn.verdict": "what was seen when a step was revealed, of the lesson's own knee and bounds",
     "look.note": "the same always",
+    "files.link": "opens what is set now; gone as soon as that changes",
     "class_size": "a style, no text",
 }
 """Every text of the view that tells of nothing computed, and why it may stand."""
@@ -97,6 +100,7 @@ _ORIGINS: dict[str, Callable[[Page], Origin | None]] = {
     ACCURACY: lambda page: _of(page.study.accuracy),
     PAPER: lambda page: _of_paper(page.study.paper),
     LANDSCAPE: lambda page: page.landscape.origin,
+    GHOSTS: lambda page: _carried(page.ghosts[0] if page.ghosts else None),
 }
 
 
@@ -124,6 +128,14 @@ def fits(page: Page, subject: str) -> bool:
 def band(page: Page) -> Band | None:
     """Return the sampling band to draw: one of other bounds is none."""
     return page.band if fits(page, BAND) else None
+
+
+def ghosts(page: Page) -> Ghosts:
+    """Return the earlier knees to draw: those of another baseline or rule are left out."""
+    if not page.keeps_ghosts:
+        return ()
+    now = page.state.origin()
+    return tuple(ghost for ghost in page.ghosts if not ghost.origin.changed(now))
 
 
 Standing = dict[str, tuple[str, ...]]

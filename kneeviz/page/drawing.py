@@ -10,7 +10,9 @@ from kneecore.knee.physics.pose import STATION
 from kneeviz.geometry.mechanism import Pose, tibia_at_contact
 from kneeviz.page import belonging
 from kneeviz.page.handles import draw_handles
+from kneeviz.page.lesson import held_back, hides
 from kneeviz.page.page import Page
+from kneeviz.state.lesson_steps import ERROR
 from kneeviz.state.motion import Poses
 from kneeviz.state.shown import Markers, Shown
 from kneeviz.views import theme
@@ -60,7 +62,7 @@ class Drawing:
         slow = touched or not page.playback.playing or self.frame % _SLOW_FRAMES == 0
         shown = shown_on(page)
         if slow:  # sixty curves cost a browser without a graphics card more than the knee
-            page.view.curve.update(shown, Markers(poses=poses))
+            page.view.curve.update(held_back(page, shown), Markers(poses=poses))
         if touched:  # the answer to a slider goes first
             page.target.flush()
             # The thread that sends it would have to wait for this one's next pause.
@@ -80,8 +82,10 @@ class Drawing:
         assert poses[0] is not None
         with page.target.atomic():
             page.view.scene.draw(x, poses[0])
+            page.view.scene.stand(page.apart)
             for i, knee in enumerate(page.knees[1:]):
                 page.view.scene.draw_overlay(i, None if knee is None else knee.x, poses[i + 1])
+            page.view.scene.ghosts.draw(ghosts_at(page, poses[0].moment))
 
     def _draw_slow(self, shown: Shown, poses: Poses, *, other_charts: bool) -> None:
         """Draw what need not follow every frame."""
@@ -91,7 +95,7 @@ class Drawing:
         self._mirror_position()
         page.view.transport.show_playing(page.playback.playing)
         if other_charts:
-            page.view.show_other_charts(shown, Markers(poses=poses))
+            page.view.show_other_charts(held_back(page, shown), Markers(poses=poses))
         page.target.flush()
 
     def draw_rest(self) -> bool:
@@ -105,7 +109,7 @@ class Drawing:
         if poses[0] is None:
             return False
         with page.target.atomic():
-            page.view.show_other_charts(shown, Markers(poses=poses))
+            page.view.show_other_charts(held_back(page, shown), Markers(poses=poses))
             self._show_numbers(shown)
         page.target.flush()
         return True
@@ -127,12 +131,21 @@ class Drawing:
         if shown.predicted is not None and shown.flexion is not None:
             error = series.prediction_error(shown.predicted, shown.flexion)
         loo = None if state.surrogate is None else state.surrogate.loo_rms
-        belonging.write(page, "error", error_line(error, loo))
+        told = "" if hides(page, ERROR) else error_line(error, loo)
+        belonging.write(page, "error", told)
         mine = None if state.current is None else state.current.response
         belonging.write(page, "marks", marks_line(mine))
         _, *worst = (None if knee is None else knee.x for knee in page.knees)
         current = state.x if state.current is None else state.current.x
         page.view.show_comparison(state.space, (state.space.baseline, current, *worst))
+
+
+def ghosts_at(page: Page, moment: float) -> list[tuple[FloatArray, Pose]]:
+    """Return the earlier knees at rest under a moment; none beside a motion in time."""
+    if page.playback.mode != "sweep":
+        return []
+    ghosts = belonging.ghosts(page)
+    return [(g.x, g.sweep.at_moment(moment)) for g in ghosts if g.sweep is not None]
 
 
 def shown_on(page: Page) -> Shown:
@@ -146,4 +159,5 @@ def shown_on(page: Page) -> Shown:
         training=state.training_curves if asks_surrogate else None,
         strain_free=state.strain_free,
         band=belonging.band(page),
+        ghosts=tuple(g.sweep for g in belonging.ghosts(page) if g.sweep is not None),
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from itertools import count
 from typing import Any, NamedTuple, Protocol
 
@@ -12,9 +12,19 @@ from numpy.typing import NDArray
 
 from kneeviz import viser_internals
 from kneeviz.geometry import surfaces
-from kneeviz.geometry.framing import Frame, between, frame_around, holds, knee_points
+from kneeviz.geometry.framing import (
+    Frame,
+    between,
+    frame_around,
+    holds,
+    knee_points,
+    spacing,
+)
+from kneeviz.geometry.mechanism import Pose
+from kneeviz.geometry.sweep import Sweep
 from kneeviz.jobs.messages import Post
 from kneeviz.page.animation import smooth
+from kneeviz.state.ghosts import Ghosts
 from kneeviz.state.motion import Knees
 from kneeviz.views.scene import camera
 
@@ -57,6 +67,10 @@ class Subject(NamedTuple):
     """Whether they are shown in 3D."""
     landscape: bool
     """Whether a landscape stands in their place."""
+    ghosts: Ghosts = ()
+    """Earlier knees that stand where the visitor's does."""
+    apart: float = 0.0
+    """How far to the sides both worst cases stand, m."""
 
     @property
     def flat(self) -> bool:
@@ -74,11 +88,29 @@ class Subject(NamedTuple):
         """Return what must be in the picture all through the motion; None if there is nothing."""
         if self.landscape:
             return surfaces.corners()
-        sweeps = [knee.sweep for knee in self.knees if knee is not None and knee.sweep is not None]
-        if not sweeps:
-            return None
-        poses = (s.at_moment(s.moment_at(share)) for s in sweeps for share in _SHARES)
-        return knee_points(poses, spatial=self.spatial)
+        places = [*zip(self.knees, (0.0, -self.apart, self.apart), strict=True)]
+        places += [(ghost, 0.0) for ghost in self.ghosts]
+        parts = []
+        for knee, aside in places:
+            if knee is not None and knee.sweep is not None:
+                points = knee_points(_through(knee.sweep), spatial=self.spatial)
+                parts.append(points + np.array([aside, 0.0, 0.0]))
+        return np.concatenate(parts) if parts else None
+
+
+def _through(sweep: Sweep) -> list[Pose]:
+    return [sweep.at_moment(sweep.moment_at(share)) for share in _SHARES]
+
+
+@lru_cache(maxsize=2)
+def room_between(knees: Knees) -> float:
+    """Return how far to the sides both worst cases must stand so that no knees touch, m."""
+    own, *worst = (None if knee is None else knee.sweep for knee in knees)
+    if own is None or None in worst:
+        return 0.0
+    in_line = (worst[0], own, worst[1])
+    moments = [own.moment_at(share) for share in _SHARES]
+    return spacing([[s.at_moment(m) for s in in_line if s is not None] for m in moments])
 
 
 @dataclass(eq=False)

@@ -50,6 +50,18 @@ class Loop(ABC, Generic[PageT]):
         """Note that a client's message was turned away; it is told once it stops."""
         self.post(("reject", client_id), (client_id, handle, fault, sent))
 
+    @abstractmethod
+    def start(self) -> None:
+        """Start the worker."""
+
+    @abstractmethod
+    def open_as_left(self, left: Any) -> None:
+        """Open the page in a state in which it was left, before `start`."""
+
+    @abstractmethod
+    def told(self, state: Any) -> str:
+        """Return a state of the page as the text of a file."""
+
     # The worker's thread from here on.
 
     @abstractmethod

@@ -11,7 +11,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from kneecore import KneeFile
+from kneecore import KneeFile, SearchResult
 from kneecore.knee.parameters import widened
 from kneeviz.jobs.job import Job
 from kneeviz.jobs.live_search import LiveSearch
@@ -19,18 +19,21 @@ from kneeviz.jobs.messages import Post
 from kneeviz.jobs.uploads import Uploads
 from kneeviz.page import sliders
 from kneeviz.page.animation import Animation
-from kneeviz.page.framing import Framing, Subject
+from kneeviz.page.framing import Framing, Subject, room_between
 from kneeviz.page.notices import Notices
 from kneeviz.state.bounds import SCALE, WIDTH
+from kneeviz.state.ghosts import Ghosts
 from kneeviz.state.handles import HandlesState
 from kneeviz.state.history import History
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import LandscapeState
-from kneeviz.state.lesson import SetAside
+from kneeviz.state.lesson import Answers, SetAside
+from kneeviz.state.links import LinksState
 from kneeviz.state.live import LiveState
 from kneeviz.state.methods import MethodsState
 from kneeviz.state.motion import Knees, Motion, Poses
 from kneeviz.state.playback import Playback
+from kneeviz.state.pointing import Pointing
 from kneeviz.state.search import SearchState
 from kneeviz.state.shown import Band
 from kneeviz.state.snapshot import Snapshot
@@ -80,13 +83,27 @@ class Page:
         self.rng = np.random.default_rng()
         self.overlay: bool = False
         """Whether both worst cases are shown."""
+        self.other: SearchResult | None = None
+        """The last result before the present one that had the other response: at rest, or in
+        motion."""
+        self.beside: bool = False
+        """Whether they stand beside the visitor's knee, or over it."""
+        self.ghosts: Ghosts = ()
+        """The visitor's last few knees, kept faint."""
+        self.keeps_ghosts: bool = False
+        """Whether they are kept and shown."""
         self.keep: Callable[[Snapshot], None] | None = None
         """Takes each new state, where it is kept beyond the page."""
+        self.links = LinksState()
         self.begin()
         self.band: Band | None = None
         """The sampling band behind the curves."""
+        self.pointing: Pointing | None = None
+        """The pointer over a chart that poses the knee."""
         self.lesson: int | None = None
         """The lesson's open step."""
+        self.answers = Answers()
+        """What was answered in the lesson, or in the last one."""
         self.set_aside: SetAside | None = None
         """What the visitor had before the lesson."""
         self.model_ready: bool = False
@@ -132,7 +149,14 @@ class Page:
     @property
     def subject(self) -> Subject:
         """What the cameras are to show."""
-        return Subject(self.knees, self.view.scene.spatial, self.landscape.shown)
+        shown = self.ghosts if self.keeps_ghosts else ()
+        spatial, landscape = self.view.scene.spatial, self.landscape.shown
+        return Subject(self.knees, spatial, landscape, shown, self.apart)
+
+    @property
+    def apart(self) -> float:
+        """How far to the sides of the visitor's knee both worst cases stand, m."""
+        return room_between(self.knees) if self.beside and self.overlay else 0.0
 
     @property
     def poses(self) -> Poses:
@@ -141,7 +165,7 @@ class Page:
 
     def begin(self) -> None:
         """Let the present state be the one where the page began."""
-        self.history = History(self.snapshot())
+        self.history: History[Snapshot] = History(self.snapshot())
 
     def snapshot(self) -> Snapshot:
         """Return what a visitor may change and want back, as it is now."""
@@ -153,7 +177,8 @@ class Page:
             result=None if self.live.on else state.result,
             overlay=self.overlay,
             live=self.live.on,
-            settings=self.view.settings,
+            settings=self.view.settings.values,
+            ghosts=self.ghosts,
         )
 
     def advance(self, now: float) -> None:

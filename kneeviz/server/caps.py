@@ -31,11 +31,11 @@ _Three = tuple[_Number, _Number, _Number]
 _Modifier = Annotated[str, Meta(max_length=30)]
 
 
-class _Message(Struct, tag_field="type", forbid_unknown_fields=True):
-    pass
+class Message(Struct, tag_field="type", forbid_unknown_fields=True):
+    """What a page sends."""
 
 
-class ViewerCamera(_Message, tag="ViewerCameraMessage"):
+class ViewerCamera(Message, tag="ViewerCameraMessage"):
     """Where the visitor looks from; the first that a page sends."""
 
     wxyz: tuple[_Number, _Number, _Number, _Number]
@@ -49,20 +49,20 @@ class ViewerCamera(_Message, tag="ViewerCameraMessage"):
     up_direction: _Three
 
 
-class GuiUpdate(_Message, tag="GuiUpdateMessage"):
+class GuiUpdate(Message, tag="GuiUpdateMessage"):
     """A widget was moved or pressed; its value is checked where the widget is known."""
 
     uuid: _Id
     updates: dict[_Id, Any]
 
 
-class CommandTrigger(_Message, tag="CommandTriggerMessage"):
+class CommandTrigger(Message, tag="CommandTriggerMessage"):
     """A command's key was pressed."""
 
     uuid: _Id
 
 
-class SceneNodeClick(_Message, tag="SceneNodeClickMessage"):
+class SceneNodeClick(Message, tag="SceneNodeClickMessage"):
     """A handle on the knee was clicked."""
 
     name: _Id
@@ -74,7 +74,7 @@ class SceneNodeClick(_Message, tag="SceneNodeClickMessage"):
     owner: _Id
 
 
-class SceneNodeDrag(_Message, tag="SceneNodeDragMessage"):
+class SceneNodeDrag(Message, tag="SceneNodeDragMessage"):
     """A handle is dragged; whether its places are places is checked where the handle is known."""
 
     phase: Literal["start", "update", "end"]
@@ -89,7 +89,7 @@ class SceneNodeDrag(_Message, tag="SceneNodeDragMessage"):
     owner: _Id
 
 
-class FileTransferStartUpload(_Message, tag="FileTransferStartUpload"):
+class FileTransferStartUpload(Message, tag="FileTransferStartUpload"):
     """A file is announced."""
 
     source_component_uuid: _Id
@@ -100,7 +100,7 @@ class FileTransferStartUpload(_Message, tag="FileTransferStartUpload"):
     size_bytes: _Count
 
 
-class FileTransferPart(_Message, tag="FileTransferPart"):
+class FileTransferPart(Message, tag="FileTransferPart"):
     """A part of a file."""
 
     source_component_uuid: _Id | None
@@ -119,10 +119,10 @@ ACCEPTED = (
     FileTransferPart,
 )
 """All that the page sends; viser knows more kinds, which none of our widgets needs."""
-_decode: Callable[[bytes], _Message] = msgspec.msgpack.Decoder(reduce(or_, ACCEPTED)).decode
+_decode: Callable[[bytes], Message] = msgspec.msgpack.Decoder(reduce(or_, ACCEPTED)).decode
 
 
-def understood(raw: str | bytes) -> _Message | None:
+def understood(raw: str | bytes) -> Message | None:
     """Return a message that our page could have sent, decoded, or None."""
     if not isinstance(raw, bytes):
         return None

@@ -12,6 +12,7 @@ import contextlib
 import logging
 import threading
 from collections.abc import Awaitable, Callable, Iterator
+from functools import cached_property
 from http import HTTPStatus
 from typing import Any
 
@@ -25,10 +26,12 @@ from kneeviz.server.caps import (
     MAX_WAITING,
     SILENT_SECONDS,
     Crowd,
+    Message,
     Pace,
     ViewerCamera,
     understood,
 )
+from kneeviz.server.classroom import Classroom
 from kneeviz.server.gate import Gate
 
 _LOG = logging.getLogger(__name__)
@@ -53,7 +56,9 @@ def _logger() -> logging.Logger:
     return logger
 
 
-def _connection_class(crowd: Crowd[Any]) -> type[sockets.ServerConnection]:
+def _connection_class(
+    gate: Gate, crowd: Crowd[Any], classroom: Classroom | None
+) -> type[sockets.ServerConnection]:
     """Return the class of connections that `crowd` counts."""
 
     class Connection(sockets.ServerConnection):
@@ -62,6 +67,12 @@ def _connection_class(crowd: Crowd[Any]) -> type[sockets.ServerConnection]:
         def __init__(self, *arguments: Any, **options: Any) -> None:
             super().__init__(*arguments, **options)
             self._pace, self._joined, self._told = Pace(), asyncio.Event(), 0
+
+        @cached_property
+        def leads(self) -> bool:
+            """Whether the token of a class's teacher came with it."""
+            request = self.request
+            return request is not None and gate.leads(request.path, request.headers)
 
         def connection_made(self, transport: asyncio.BaseTransport) -> None:
             super().connection_made(transport)
@@ -86,7 +97,14 @@ def _connection_class(crowd: Crowd[Any]) -> type[sockets.ServerConnection]:
                     self._joined.set()
                 if message is not None and self._joined.is_set():
                     crowd.know(self)
-                    return raw
+                    if self._counts(message):
+                        return raw
+
+        def _counts(self, message: Message) -> bool:
+            if classroom is None or isinstance(message, ViewerCamera) or classroom.lets(self):
+                return True
+            classroom.dropped(self, message)
+            return False
 
         async def send(self, *arguments: Any, **options: Any) -> None:
             # Who has not joined gets the page's state, but no thirty frames a second after it:
@@ -111,7 +129,7 @@ def _process(gate: Gate, crowd: Crowd[Any], inner: Process | None) -> Process:
         assert answer is None or isinstance(answer, Response)
         if answer is None and not _is_of_our_version(request):
             return connection.respond(HTTPStatus.BAD_REQUEST, "Another version: load the page.\n")
-        if answer is None and gate.token is not None:
+        if answer is None and gate.has_token(request.path, request.headers):
             crowd.know(connection)
         if answer is not None:
             for name, value in gate.answer_headers(request.path, request.headers).items():
@@ -127,8 +145,8 @@ def _is_of_our_version(request: Request) -> bool:
 
 
 @contextlib.contextmanager
-def standing(gate: Gate) -> Iterator[None]:
-    """Put `gate` and the caps in front of the server that viser starts meanwhile.
+def standing(gate: Gate, classroom: Classroom | None = None) -> Iterator[None]:
+    """Put `gate`, the caps and a class's rule in front of the server that viser starts meanwhile.
 
     Raises
     ------
@@ -143,7 +161,7 @@ def standing(gate: Gate) -> Iterator[None]:
         guarded.append(True)
         ours = {
             "process_request": _process(gate, crowd, options.get("process_request")),
-            "create_connection": _connection_class(crowd),
+            "create_connection": _connection_class(gate, crowd, classroom),
             "max_size": MAX_MESSAGE,
             "max_queue": MAX_WAITING,
             "logger": _logger(),

@@ -106,15 +106,18 @@ class Gate:
     """Further names under which it is reached, through a proxy or a tunnel."""
     token: str | None = None
     """What an address must carry, or None."""
+    lead: str | None = None
+    """What a class's teacher carries, who alone may change what is shown; None without a class."""
     _names: frozenset[str] = field(init=False, repr=False)
     _local: bool = field(init=False, repr=False)
     """Whether the server itself can be reached from this machine only."""
 
     def __post_init__(self) -> None:
-        if self.token is not None and not _TOKEN.fullmatch(self.token):
-            raise ParameterError(
-                "the token must be 16 to 128 letters, digits, - or _ (it is not shown here)"
-            )
+        for token in (self.token, self.lead):
+            if token is not None and not _TOKEN.fullmatch(token):
+                raise ParameterError(
+                    "the token must be 16 to 128 letters, digits, - or _ (it is not shown here)"
+                )
         allowed = tuple(name.lower().rstrip(".") for name in self.allowed)
         for name in allowed:
             if not _NAME.fullmatch(name) and _address(name) is None:
@@ -135,7 +138,14 @@ class Gate:
         return self._local and all(_is_local(name) for name in self.allowed)
 
     @classmethod
-    def of(cls, host: str, *, token: str | bool | None, allowed: Iterable[str] = ()) -> "Gate":
+    def of(
+        cls,
+        host: str,
+        *,
+        token: str | bool | None,
+        allowed: Iterable[str] = (),
+        for_class: bool = False,
+    ) -> "Gate":
         """Return the rules for a host: with a token by default where others can reach it.
 
         Parameters
@@ -146,12 +156,19 @@ class Gate:
             A token of one's own, True for a new one, False for none, None for the default.
         allowed : iterable of str
             Further names under which the server is reached.
+        for_class : bool
+            Whether there is a teacher, who gets a token of his own.
         """
         names = tuple(allowed)
         if token is None:
             token = not cls(host=host, allowed=names).is_private
         value = new_token() if token is True else token
-        return cls(host=host, allowed=names, token=None if value is False else value)
+        return cls(
+            host=host,
+            allowed=names,
+            token=None if value is False else value,
+            lead=new_token() if for_class else None,
+        )
 
     def refusal(self, target: str, headers: Headers) -> str | None:
         """Return why a request is refused, in a line for whoever sent it, or None.
@@ -192,11 +209,21 @@ class Gate:
         return there.host == here.host and (there.port or usual) == (here.port or usual)
 
     def has_token(self, target: str, headers: Headers) -> bool:
-        """Tell whether a request carries the token, in its address or as a cookie."""
-        given = [*self._in_address(target), *self._in_cookies(headers)]
-        wanted = (self.token or "").encode()
+        """Tell whether a request carries the token or the teacher's, in its address or a cookie."""
+        name = self._cookie_name(headers)
+        return self._carries(self.token, name, target, headers) or self.leads(target, headers)
+
+    def leads(self, target: str, headers: Headers) -> bool:
+        """Tell whether a request carries the token of a class's teacher."""
+        return self._carries(self.lead, self._lead_cookie_name(headers), target, headers)
+
+    def _carries(self, token: str | None, cookie: str, target: str, headers: Headers) -> bool:
+        if token is None:
+            return False
+        given = [*self._in_address(target), *self._in_cookies(cookie, headers)]
         return any(
-            hmac.compare_digest(value.encode(errors="surrogateescape"), wanted) for value in given
+            hmac.compare_digest(value.encode(errors="surrogateescape"), token.encode())
+            for value in given
         )
 
     def _in_address(self, target: str) -> list[str]:
@@ -205,8 +232,7 @@ class Gate:
         except ValueError:
             return []
 
-    def _in_cookies(self, headers: Headers) -> list[str]:
-        name = self._cookie_name(headers)
+    def _in_cookies(self, name: str, headers: Headers) -> list[str]:
         pairs = (
             pair.strip().partition("=")
             for line in headers.get_all("Cookie")
@@ -219,6 +245,9 @@ class Gate:
         here = _place(next(iter(headers.get_all("Host")), ""))
         return f"kneeviz-{0 if here is None else here.port or 0}"
 
+    def _lead_cookie_name(self, headers: Headers) -> str:
+        return f"{self._cookie_name(headers)}-lead"
+
     def answer_headers(self, target: str, headers: Headers) -> dict[str, str]:
         """Return what the answer with the page must carry.
 
@@ -230,16 +259,29 @@ class Gate:
             "Content-Security-Policy": "frame-ancestors 'self'",
             "Cache-Control": "private",
         }
-        if self.token is not None and self.has_token(target, headers):
-            name = self._cookie_name(headers)
-            answer["Set-Cookie"] = f"{name}={self.token}; Path=/; HttpOnly; SameSite=Strict"
+        cookie = None
+        if self.leads(target, headers):
+            cookie = f"{self._lead_cookie_name(headers)}={self.lead}"
+        elif self.token is not None and self.has_token(target, headers):
+            cookie = f"{self._cookie_name(headers)}={self.token}"
+        if cookie is not None:
+            answer["Set-Cookie"] = f"{cookie}; Path=/; HttpOnly; SameSite=Strict"
         return answer
 
     def url(self, port: int) -> str:
-        """Return the address to open in a browser on this machine."""
-        shown = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
-        address = f"http://{bracketed(shown)}:{port}"
-        return address if self.token is None else f"{address}/?token={self.token}"
+        """Return the address to open in a browser on this machine: the teacher's in a class."""
+        here = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
+        return self._address(here, port, self.token if self.lead is None else self.lead)
+
+    def class_url(self, port: int) -> str:
+        """Return the address that a class is given: who opens it only watches."""
+        everywhere = self.host in _EVERYWHERE
+        there = next(iter(self.allowed), socket.gethostname().lower() if everywhere else self.host)
+        return self._address(there, port, self.token)
+
+    def _address(self, host: str, port: int, token: str | None) -> str:
+        address = f"http://{bracketed(host)}:{port}"
+        return address if token is None else f"{address}/?token={token}"
 
     def warning(self, port: int) -> str | None:
         """Return what may go wrong where others can reach the server, in a line, or None."""
@@ -247,8 +289,11 @@ class Gate:
             return None
         where = f"{bracketed(self.host) or 'all addresses'}:{port}"
         who = "whoever can reach" if self.token is None else "whoever has the token and can reach"
+        does = "change what is shown, upload files and keep this machine busy"
+        if self.lead is not None:
+            does = f"watch, and whom the teacher lets drive can {does}"
         return (
-            f"{who} {where} can change what is shown, upload files and keep this machine busy, "
+            f"{who} {where} can {does}, "
             "and the connection is not encrypted; use it among people you trust, "
             "or keep to 127.0.0.1 and a tunnel"
         )

@@ -11,12 +11,14 @@ from typing import Any
 
 from kneecore import KneeFile
 from kneeviz import viser_internals
-from kneeviz.actions import landscape, live, methods, standing, study, table, undo
+from kneeviz.actions import landscape, lesson, links, live, methods, standing, study, table, undo
 from kneeviz.jobs.worker import Actions
 from kneeviz.page.drawing import Drawing
 from kneeviz.page.loop import Loop
 from kneeviz.page.page import Clients, Page, Target
+from kneeviz.state import saved
 from kneeviz.state.playback import FRAME_SECONDS
+from kneeviz.state.snapshot import Snapshot
 
 _LOG = logging.getLogger(__name__)
 _DRAG_SECONDS, _DRAG_FRAME = 0.4, 0.1  # s: how long a slider counts as moving, and a frame then
@@ -47,6 +49,14 @@ class Session(Loop[Page]):
         self.drawing.draw_load_free()
         self._worker.start()
 
+    def open_as_left(self, left: Snapshot) -> None:
+        """Open the page in a state in which it was left, before `start`."""
+        undo.open_as_left(self.page, left)
+
+    def told(self, state: Snapshot) -> str:
+        """Return a state of the page as the text of a file."""
+        return saved.to_text(state)
+
     # The worker's thread from here on.
 
     def _step(self, actions: Actions) -> float | None:
@@ -61,8 +71,11 @@ class Session(Loop[Page]):
             self._perform("settle", None)
         slow_at = live.follow(page)
         page.advance(now)
+        if actions:
+            lesson.tell(page)
         if actions or page.touched:
             standing.follow(page)
+            links.follow(page)
         held, page.held = page.held, False
         news = page.touched or was_moving or page.moving or (bool(actions) and not held)
         if page.model_ready and news:

@@ -6,13 +6,22 @@ same bytes back, whatever kind of change it was.
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-
-from kneeviz.state.snapshot import Snapshot
+from typing import Any, Generic, Protocol, TypeVar
 
 PAUSE = 0.8
 """s: a slider that rests for longer has been let go; what it does then is another step."""
 DEEPEST = 200
 """Steps that are kept."""
+
+
+class Moment(Protocol):
+    """One state of a page, whatever it shows; never altered."""
+
+    def same_as(self, other: Any) -> bool:
+        """Tell whether both are the same, to the bit."""
+
+
+MomentT = TypeVar("MomentT", bound=Moment)
 
 
 @dataclass
@@ -30,24 +39,24 @@ class _Gesture:
         return (who, what) in self.parts or who not in {visitor for visitor, _ in self.parts}
 
 
-class History:
+class History(Generic[MomentT]):
     """Past, present and future of a page.
 
     Parameters
     ----------
-    start : Snapshot
+    start : Moment
         Where the page began, and where *Start over* goes.
     """
 
-    def __init__(self, start: Snapshot) -> None:
+    def __init__(self, start: MomentT) -> None:
         self.start = self.present = start
-        self._past: list[Snapshot] = []
-        self._future: list[Snapshot] = []
+        self._past: list[MomentT] = []
+        self._future: list[MomentT] = []
         self._gesture = _Gesture()
 
     def record(
         self,
-        state: Snapshot,
+        state: MomentT,
         *,
         who: int | None,
         what: Hashable | None,
@@ -61,7 +70,7 @@ class History:
 
         Parameters
         ----------
-        state : Snapshot
+        state : Moment
         who : int or None
             The visitor's number.
         what : hashable or None
@@ -86,7 +95,12 @@ class History:
             self.rest()
         return True
 
-    def amend(self, state: Snapshot) -> bool:
+    @property
+    def last(self) -> MomentT | None:
+        """The state one step back; None at the beginning."""
+        return self._past[-1] if self._past else None
+
+    def amend(self, state: MomentT) -> bool:
         """Make `state` the present one without a step; return whether it differs."""
         differs = not state.same_as(self.present)
         self.present = state
@@ -96,15 +110,15 @@ class History:
         """Let the next change be a step of its own."""
         self._gesture = _Gesture()
 
-    def undo(self) -> Snapshot | None:
+    def undo(self) -> MomentT | None:
         """Go a step back and return what is the present then; None at the beginning."""
         return self._go(self._past, self._future)
 
-    def redo(self) -> Snapshot | None:
+    def redo(self) -> MomentT | None:
         """Take an undo back; None if there is none."""
         return self._go(self._future, self._past)
 
-    def _go(self, out_of: list[Snapshot], into: list[Snapshot]) -> Snapshot | None:
+    def _go(self, out_of: list[MomentT], into: list[MomentT]) -> MomentT | None:
         self.rest()
         if not out_of:
             return None

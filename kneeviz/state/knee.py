@@ -70,7 +70,10 @@ class KneeState:
     @property
     def strain_free(self) -> bool:
         """Whether every knee is without load in the same pose."""
-        changed = self.x[len(NAMES) :].any() or len(self.space.lower) > len(NAMES)
+        return self._strain_free(self.x)
+
+    def _strain_free(self, x: FloatArray) -> bool:
+        changed = x[len(NAMES) :].any() or len(self.space.lower) > len(NAMES)
         return bool(self.bounds.rest_length == "recomputed" and not changed)
 
     def knees(self, solver: Solver = "dynamics") -> Knee:
@@ -121,8 +124,8 @@ class KneeState:
         response = kneecore.simulate(
             x, baseline=self.space.baseline, rest_length=self.bounds.rest_length
         )
-        sweep = sweep_of(x, response, strain_free=self.strain_free)
         full = widened(x, WIDTH)
+        sweep = sweep_of(x, response, strain_free=self._strain_free(full))
         origin = replace(self.origin(), bounds=None, knee=digest(full))
         return Solved(x=full, response=response, sweep=sweep, origin=origin)
 

@@ -3,6 +3,7 @@
 The texts about a search (`views.html.result`) and the files that it gives away read the rest.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,26 @@ def angles_deg(result: SearchResult) -> FloatArray:
 def motion(result: SearchResult, x: FloatArray) -> Trajectory:
     """Return the motion in time of one of a result's knees."""
     return kneecore.trajectory(x, baseline=space(result).baseline, rest_length=rest_length(result))
+
+
+@lru_cache(maxsize=4)
+def objective_at_rest(result: SearchResult) -> float | None:
+    """Return f of a result's two knees, deg, were both at rest; None if one has no equilibrium."""
+    knee = Knee(space(result), solver="equilibrium", rest_length=rest_length(result), threads=1)
+    found = knee.simulate_batch(np.array(result.x))
+    if found.failed.any() or not np.isnan(found.lost_at).all():
+        return None
+    one, two = np.degrees(found.flexion)
+    weights = knee.weights(result.settings.objective, result.settings.weights)
+    return float((np.abs(one - two) * weights).sum())
+
+
+def same_question(a: SearchResult, b: SearchResult) -> bool:
+    """Tell whether two searches were of the same bounds and loads."""
+    return same_bounds(a, b) and (a.settings.objective, a.settings.weights) == (
+        b.settings.objective,
+        b.settings.weights,
+    )
 
 
 def same_bounds(a: Any, b: Any) -> bool:

@@ -56,6 +56,8 @@ class Shown:
     """Whether all knees share the load-free pose."""
     band: Band | None = None
     """The sampling band behind the curves."""
+    ghosts: tuple[Sweep, ...] = ()
+    """The visitor's earlier knees."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from kneecore import KneeFile, SearchResult
 from kneeviz.state.bounds import Bounds
+from kneeviz.state.ghosts import Ghosts
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +32,9 @@ class Snapshot:
     live: bool = False
     """Whether the page follows its bounds and sliders with the worst case."""
     settings: Settings = ()
+    ghosts: Ghosts = ()
+    """The earlier knees that were kept then. They follow from the steps and are none themselves;
+    a file of the state has none."""
 
     def __post_init__(self) -> None:
         kept = np.array(self.x, dtype=np.float64)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from kneeviz.jobs.messages import Post
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 from kneeviz.views.tabs.events import on_command
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +23,14 @@ class Command:
     description: str | None = None
 
 
-COMMANDS = (
+STEPS = (
     Command(label=UNDO, key="undo", hotkey="Z", modifier="cmd/ctrl"),
     Command(label=REDO, key="redo", hotkey="Z", modifier="cmd/ctrl+shift"),
+)
+"""What every page has."""
+
+COMMANDS = (
+    *STEPS,
     Command(label=START_OVER, key="start_over", description="Knee, bounds and settings."),
     Command(label="Play or pause", key="play", hotkey="space"),
     Command(label="Straight", key="position", value=0.0, hotkey="home"),
@@ -45,7 +50,10 @@ COMMANDS = (
     Command(label="Cancel the search", key="cancel", hotkey="C"),
     Command(label="Live worst case on or off", key=("toggle", "live"), hotkey="L"),
     Command(label="Show or hide both worst cases", key=("toggle", "overlay"), hotkey="O"),
+    Command(label="Worst cases side by side or over yours", key=("toggle", "beside"), hotkey="B"),
     Command(label="Newtons beside the ligaments", key=("toggle", "forces"), hotkey="N"),
+    Command(label="Ghosts of your last knees on or off", key=("toggle", "ghosts"), hotkey="G"),
+    Command(label="Clear ghosts", key="clear_ghosts"),
     Command(label="Landscape or knee", key="landscape", hotkey="V"),
     Command(label="Dark or light theme", key=("toggle", "dark"), hotkey="D"),
     Command(

@@ -43,6 +43,8 @@ class Palette:
     """The surrogate that repairs itself."""
     model_1: str
     model_2: str
+    ghost: str
+    """The visitor's earlier knees."""
     zero: str
     """The line of zero flexion."""
     beyond: str
@@ -77,6 +79,7 @@ LIGHT = Palette(
     repair="#7A4FA3",
     model_1=MODEL_1,
     model_2=MODEL_2,
+    ghost="#66727d",
     zero="rgba(60,60,60,0.55)",
     beyond="rgba(200,120,60,0.10)",
     text="#222222",
@@ -104,6 +107,7 @@ DARK = Palette(
     repair="#B99AE0",
     model_1="#4AA8E0",
     model_2="#F0813A",
+    ghost="#98a5b1",
     zero="rgba(220,220,220,0.55)",
     beyond="rgba(240,150,90,0.12)",
     text="#eaeaea",
@@ -123,6 +127,8 @@ DARK = Palette(
 
 CLASS_SIZE = 1.3
 """How much larger everything is for a class, which looks from afar."""
+CLASS_WIDER = 1.2
+"""The same of the panels: less than the text that they hold, for the picture needs its room."""
 
 
 def palette(dark: bool, *, large: bool = False) -> Palette:
@@ -241,7 +247,8 @@ def large_text() -> str:
     return (
         f"<style>{content} {{ zoom: {CLASS_SIZE}; width: 100% !important }}"
         f"{content} {content} {{ zoom: 1 }}"
-        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}</style>"
+        f".uplot-container {{ zoom: calc(1 / {CLASS_SIZE}) }}"
+        f":root {{ --kneeviz-size: {CLASS_SIZE} }}</style>"
     )
 
 

@@ -6,23 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneecore import ParameterSpace
-from kneeviz import viser_internals
 from kneeviz.jobs.messages import Post
 from kneeviz.state.knee import KneeState
 from kneeviz.state.landscape import free_names
 from kneeviz.state.shown import Band, Markers, Shown
+from kneeviz.state.snapshot import Settings
 from kneeviz.views import theme
 from kneeviz.views.charts.angles import ApChart, ForceCharts
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.charts.pointer import Pointer
 from kneeviz.views.commands import add_commands
 from kneeviz.views.html.comparison import comparison
 from kneeviz.views.html.labels import with_unit
-from kneeviz.views.html.pieces import box, faint
+from kneeviz.views.html.pieces import box, faint, unseen_title
 from kneeviz.views.html.readout import legend
 from kneeviz.views.scene.handles import HandleScene
 from kneeviz.views.scene.knee import KneeScene
 from kneeviz.views.scene.landscape import LandscapeScene
-from kneeviz.views.tabs.events import on_value
+from kneeviz.views.settings import SettingHandles
 from kneeviz.views.tabs.files import FilesTab
 from kneeviz.views.tabs.knee import KneeTab
 from kneeviz.views.tabs.learn import LearnTab
@@ -34,9 +35,8 @@ from kneeviz.views.tabs.transport import add_transport
 
 FloatArray = NDArray[np.float64]
 
+TITLE = "A knee and its two worst cases"
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
-_CLASS_WIDER = 1.2
-"""The panels take less than the text that they hold: the picture needs its room."""
 
 
 class View:
@@ -75,6 +75,7 @@ class View:
         with panel.add_tab("AP"):
             self.ap_legend = gui.add_html("")
             self.ap = ApChart(gui, colours, height=400)
+            self.pointer = Pointer(gui, post)
             gui.add_html(
                 box(
                     faint(
@@ -91,7 +92,7 @@ class View:
         panel.set_width(LEFT_WIDTH)
 
     def _add_right(self, gui: Any, post: Post, state: KneeState) -> None:
-        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS)
+        gui.add_html(theme.ON_A_PHONE + theme.VISER_TEXTS + unseen_title(TITLE))
         self.class_size = gui.add_html("")
         self.transport = add_transport(gui, post)
         tabs = gui.add_tab_group()
@@ -108,33 +109,20 @@ class View:
             self.look = LookTab(gui, post)
         with tabs.add_tab("Files"):
             self.files = FilesTab(gui, post)
-        self.setting_handles = self.search.settings_by_name | self.study.settings_by_name
-        for name, handle in self.setting_handles.items():
-            on_value(handle, post, ("setting", name))
-        self.first_settings = self.settings
+        handles = self.search.settings_by_name | self.study.settings_by_name
+        self.settings = SettingHandles(handles, post)
+        self.first_settings = self.settings.values
+
+    def set_settings(self, settings: Settings) -> None:
+        """Set all settings to values that `settings` has told."""
+        self.settings.put(settings)
+        self.search.show_method()
 
     @property
-    def settings(self) -> tuple[tuple[str, Any], ...]:
-        """The values of all settings of searches and studies, by name."""
-        return tuple((name, handle.value) for name, handle in self.setting_handles.items())
-
-    def settings_fault(self, settings: tuple[tuple[str, Any], ...]) -> str | None:
-        """Return what is wrong with settings that somebody else has told, or None."""
-        for name, value in settings:
-            handle = self.setting_handles.get(name)
-            if handle is None:
-                return f"{name[:60]!r} is unknown"
-            fault = viser_internals.value_fault(handle, value)
-            if fault is not None:
-                return f"{name}: {fault}"
-        return None
-
-    def set_settings(self, settings: tuple[tuple[str, Any], ...]) -> None:
-        """Set all settings to values that `settings` has told."""
-        for name, value in settings:
-            if self.setting_handles[name].value != value:
-                self.setting_handles[name].value = value
-        self.search.show_method()
+    def pointed(self) -> dict[str, Any]:
+        """What a browser must know of the charts over which its pointer poses the knee."""
+        angles = [chart.handle for chart in (*self.forces.charts, self.ap)]
+        return self.pointer.told(self.curve.handle, angles)
 
     def repaint(self, gui: Any, dark: bool) -> None:
         """Change between the light and the dark theme."""
@@ -149,7 +137,7 @@ class View:
         self.large = large
         self.class_size.content = theme.large_text() if large else ""
         for panel, width in ((self.left, LEFT_WIDTH), (gui.main_panel, RIGHT_WIDTH)):
-            panel.set_width(round(width * (_CLASS_WIDER if large else 1.0)))
+            panel.set_width(round(width * (theme.CLASS_WIDER if large else 1.0)))
         self._paint()
 
     @property
@@ -172,11 +160,15 @@ class View:
         for chart in (self.curve, self.forces, self.ap):
             chart.repaint(colours)
 
-    def show_legends(self, overlays: bool, band: Band | None) -> None:
+    def show_legends(self, overlays: bool, band: Band | None, *, ghosts: bool) -> None:
         """Write the charts' keys."""
         colours = self.colours
         self.curve_legend.content = legend(
-            colours, overlays=overlays, curve=True, band=None if band is None else band.text
+            colours,
+            overlays=overlays,
+            curve=True,
+            band=None if band is None else band.text,
+            ghosts=ghosts,
         )
         for handle in (self.force_legend, self.ap_legend):
             handle.content = legend(colours, overlays=overlays, curve=False)

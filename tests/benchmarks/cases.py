@@ -56,7 +56,8 @@ class Case:
 
 @cache
 def training():
-    return train(UnitModel(Knee()), SearchSettings())
+    knee = Knee()
+    return train(UnitModel(knee), SearchSettings().of(knee))
 
 
 @cache

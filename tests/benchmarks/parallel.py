@@ -137,10 +137,10 @@ def million(n):
 def tell_costs(address, quick):
     print("| a run takes | one process: more, ms a run | one Dask worker: more, ms a run |")
     print("|---|---|---|")
-    for seconds, n in ((0.0, 5000), (0.001, 2000), (0.01, 400), (0.1, 40), (0.5, 2)):
-        n = max(n // 5, 2) if quick else n
-        # Few runs, oftener, where they are long: other work on the machine wakes a process late.
-        repeats = 12 if seconds >= 0.5 else 3
+    for seconds, n in ((0.0, 5000), (0.001, 2000), (0.01, 400), (0.1, 40), (0.5, 16)):
+        # Not too few of them: there and back is some 10 ms through Dask, whatever is run.
+        n = max(n // 5, 16) if quick else n
+        repeats = 6 if seconds >= 0.5 else 3
         costs = [cost_of_a_run(workers, seconds, n, repeats) for workers in (1, address)]
         told = " | ".join(f"{1e3 * cost:.3f}" for cost in costs)
         print(f"| {1e3 * seconds:g} ms | {told} |", flush=True)

@@ -16,8 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from e2e.conftest import ARGUMENTS, READY
-from e2e.conftest import chromium as chromium  # the same browser as the browser tests
+from e2e.conftest import READY
 from viz.websocket_client import WebSocketClient
 
 import kneecore
@@ -176,45 +175,38 @@ RECORD = """uuid => {
 }"""
 
 
-@pytest.fixture
-def small_page(chromium):
-    context = chromium.new_context(viewport={"width": 1000, "height": 640})
-    yield context.new_page()
-    context.close()
-
-
-def test_page_is_usable(small_page):
+def test_page_is_usable(page):
     """Aim: 4 s from the address to a page that answers."""
     took = []
     with server() as (_, port):
         for _ in range(3):
             start = time.perf_counter()
-            small_page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
-            small_page.wait_for_function(READY, timeout=60_000)
-            small_page.get_by_text(LABEL, exact=True).wait_for()
+            page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
+            page.wait_for_function(READY, timeout=60_000)
+            page.get_by_text(LABEL, exact=True).wait_for()
             took.append(time.perf_counter() - start)
     tell("page usable", took)
     assert np.median(took) < 15
 
 
-def test_mouse_move_to_drawn_curve(small_page):
+def test_mouse_move_to_drawn_curve(page):
     """Aim: a median of at most 60 ms while the knee moves."""
     with server() as (_, port), WebSocketClient(port) as client:
         is_ready(client)
         uuid, plot = slider(client), chart(client)
-        small_page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
-        small_page.wait_for_function(READY, timeout=60_000)
-        small_page.wait_for_timeout(1500)
-        small_page.evaluate(RECORD, plot)
-        track = small_page.locator(f'[id="{uuid}"] .mantine-Slider-track').bounding_box()
-        y, mouse = track["y"] + track["height"] / 2, small_page.mouse
+        page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
+        page.wait_for_function(READY, timeout=60_000)
+        page.wait_for_timeout(1500)
+        page.evaluate(RECORD, plot)
+        track = page.locator(f'[id="{uuid}"] .mantine-Slider-track').bounding_box()
+        y, mouse = track["y"] + track["height"] / 2, page.mouse
         mouse.move(track["x"] + 0.5 * track["width"], y)
         mouse.down()
         for i in range(60):  # one step at a time, so that each drawing belongs to one move
             mouse.move(track["x"] + (0.15 + 0.7 * (i % 12) / 12) * track["width"], y)
-            small_page.wait_for_timeout(230)
+            page.wait_for_timeout(230)
         mouse.up()
-        moved, drawn = small_page.evaluate("() => [window.__moved, window.__drawn]")
+        moved, drawn = page.evaluate("() => [window.__moved, window.__drawn]")
     latencies = []
     for (_, at), (_, following) in zip(moved[1:], [*moved[2:], (0, np.inf)], strict=True):
         answer = [t for t in drawn if at <= t < following]
@@ -326,10 +318,8 @@ RECORD_LIVE = """uuid => {
 }"""
 
 
-def test_bound_move_to_live_worst_case(chromium):
+def test_bound_move_to_live_worst_case(page):
     """Aim: a median under 150 ms from the key to both knees and the band on the screen."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-    page = context.new_page()
     with server() as (_, port), WebSocketClient(port) as client:
         live_bound(client)
         page.goto(f"http://127.0.0.1:{port}/?fixedDpr=0.5")
@@ -346,11 +336,7 @@ def test_bound_move_to_live_worst_case(chromium):
             page.wait_for_function("n => window.__seen.length > n", arg=answers, timeout=10_000)
             page.wait_for_timeout(500)  # sliders and surrogate follow meanwhile
         asked, seen = page.evaluate("() => [window.__asked, window.__seen]")
-    context.close()
     took = [1e-3 * (min(t for t in seen if t >= at) - at) for at in asked]
     tell("bound moved to live worst case and band drawn", took, moves=len(asked))
     assert len(took) == 20
     assert np.median(took) < 0.5
-
-
-assert ARGUMENTS  # what the browser is started with: software rendering

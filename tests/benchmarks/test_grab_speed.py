@@ -6,10 +6,8 @@ sound.
 """
 
 import numpy as np
-import pytest
 from benchmarks.test_app_speed import chart, is_ready, live_bound, server, tell
 from e2e.conftest import READY, SPOT
-from e2e.conftest import chromium as chromium  # the same browser as the browser tests
 from viz.websocket_client import WebSocketClient
 
 MOVES = 60
@@ -57,13 +55,6 @@ def latencies(moved, seen):
         if answers:
             found.append(1e-3 * (answers[0] - at))
     return found
-
-
-@pytest.fixture
-def page(chromium):
-    context = chromium.new_context(viewport={"width": 1280, "height": 720})
-    yield context.new_page()
-    context.close()
 
 
 def opened(page, port, client, *, live):

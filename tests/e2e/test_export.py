@@ -1,10 +1,13 @@
-"""The exported page, opened from disk without a network."""
+"""The exported pages, opened from disk without a network."""
+
+import re
 
 import numpy as np
 import pytest
 from searches import searched
 
 from kneeviz.export.page import html_page
+from kneeviz.export.sheet import html_sheet
 
 
 @pytest.fixture(scope="module")
@@ -52,3 +55,24 @@ def test_a_knee_can_be_hidden(opened):
     assert not tibia.is_visible()
     assert not opened.locator("polyline.curve.model_1").is_visible()
     assert opened.locator("g.tibia.model_2").is_visible()
+
+
+OVER_THE_EDGE = """() => [...document.querySelectorAll('body *')].filter((e) => {
+  const { left, right } = e.getBoundingClientRect(), edge = document.body.getBoundingClientRect();
+  return left < edge.left - 1 || right > edge.right + 1;
+}).map((e) => e.outerHTML.slice(0, 80))"""
+
+
+def test_the_lesson_prints_on_a4_with_the_answers_on_the_last_page(chromium):
+    context = chromium.new_context(offline=True, viewport={"width": 794, "height": 1123})  # A4
+    page = context.new_page()
+    page.set_content(html_sheet())
+    page.emulate_media(media="print")
+    assert page.evaluate(OVER_THE_EDGE) == []
+    printed = page.pdf(prefer_css_page_size=True)
+    pages = len(re.findall(rb"/Type\s*/Page\b", printed))
+    assert pages in (3, 4)  # as the machine's fonts have it
+    page.add_style_tag(content=".answers { display: none }")
+    without = page.pdf(prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", without)) == pages - 1
+    context.close()

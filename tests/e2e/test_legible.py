@@ -8,6 +8,17 @@ from kneeviz.views import theme
 SIZES = """() => [...document.querySelectorAll('label, [role=tab], b')]
     .filter(e => e.offsetParent && e.textContent.trim())
     .map(e => e.getBoundingClientRect().height)"""
+TABS = (
+    "Knee", "Search", "Study", "Learn", "View", "Files", "Forces", "AP", "Compare", "Influence",
+    "Curve",
+)  # fmt: skip
+CHART = """([id, labelSize]) => {
+  const { chart } = window.__viserTestpoints.uplots[id] ?? {};
+  if (chart?.axes[0].labelSize !== labelSize || !chart.over.isConnected) return null;
+  const { left, top, width, height } = chart.over.getBoundingClientRect();
+  return width > 0 && height > 0 ? [left, top, width, height] : null;
+}"""
+"""Where a chart is drawn that has been made anew for a size of text; null until then."""
 PALE = """() => {
   const rgba = text => [...text.match(/[0-9.]+/g).map(Number), 1].slice(0, 4);
   const over = (a, b) => [0, 1, 2].map(i => a[i] * a[3] + b[i] * (1 - a[3]));
@@ -36,6 +47,18 @@ PALE = """() => {
 """Every text of less contrast than WCAG wants (AA), by its words; what is shut is left out."""
 
 
+def steady_chart(visitor, page, label_size):
+    """Wait until the curve's chart is there at a size of text and rests; return where it is."""
+    asked, seen = [page.view.curve.handle._impl.uuid, label_size], [None]
+
+    def rests():
+        seen.append(visitor.page.evaluate(CHART, asked))
+        return seen[-1] is not None and seen[-1] == seen[-2]
+
+    visitor.wait_until(rests, 20)
+    return seen[-1]
+
+
 def test_class_size_enlarges_text_and_leaves_the_charts_pointer_right(visitor, app):
     page = app.page
     visitor.tab("Curve")
@@ -46,9 +69,8 @@ def test_class_size_enlarges_text_and_leaves_the_charts_pointer_right(visitor, a
         large = visitor.page.evaluate(SIZES)
         assert len(large) == len(desk)
         assert min(b / a for a, b in zip(desk, large, strict=True)) > 0.95 * theme.CLASS_SIZE
-        over = visitor.page.locator(".u-over").first
-        box = over.bounding_box()
-        visitor.page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+        left, top, width, height = steady_chart(visitor, page, round(18 * theme.CLASS_SIZE))
+        visitor.page.mouse.move(left + 0.5 * width, top + 0.5 * height)
         left = visitor.page.evaluate(
             "id => { const c = window.__viserTestpoints.uplots[id].chart;"
             " return c.cursor.left / c.over.clientWidth; }",
@@ -70,7 +92,7 @@ def test_every_text_of_the_page_stands_out_from_its_ground(visitor, app, dark):
             dark,
         )
         pale = {}
-        for tab in ("Knee", "Search", "Study", "Learn", "View", "Compare", "Curve"):
+        for tab in TABS:
             visitor.tab(tab)
             visitor.page.wait_for_timeout(250)  # colours ease
             pale |= visitor.page.evaluate(PALE)

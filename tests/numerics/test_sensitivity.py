@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from kneecore.errors import ModelError
-from kneecore.numerics.sensitivity import sobol_indices
+from kneecore.numerics.sensitivity import _estimate, _Rows, sobol_indices
 
 
 def ishigami(u):
@@ -107,3 +108,37 @@ def test_mostly_failures_are_an_error():
 def test_it_can_be_cancelled():
     with pytest.raises(InterruptedError):
         sobol_indices(g_function, 5, n_base=256, callback=lambda done, total: done >= 128)
+
+
+def test_an_output_that_fails_in_some_rows_loses_those_rows_alone():
+    def gappy(u):
+        y = np.column_stack([u[:, 0] + u[:, 1], u[:, 1], np.full(len(u), np.nan), u[:, 0]])
+        y[u[:, 0] > 0.9, 0] = np.nan
+        return y
+
+    found = sobol_indices(gappy, 2, n_base=512, n_resamples=20)
+    alone = sobol_indices(lambda u: u[:, 1:2], 2, n_base=512, n_resamples=20)
+    assert found.n_failed_rows == 0
+    assert found.n_used.tolist()[1:] == [512, 0, 512]
+    assert 300 < found.n_used[0] < 480
+    assert found.unknown.tolist() == [False, False, True, False]
+    assert not found.constant.any()
+    np.testing.assert_array_equal(found.total_order[1], alone.total_order[0])
+    np.testing.assert_array_equal(
+        found.total_order_interval[:, 1], alone.total_order_interval[:, 0]
+    )
+    assert np.isnan(found.total_order[2]).all()
+    # x_1 up to 0.9 alone: 0.81 of the other's variance.
+    np.testing.assert_allclose(found.total_order[0], [0.81 / 1.81, 1.0 / 1.81], atol=0.05)
+
+
+def test_the_estimators_are_those_of_scipy():
+    """Three inputs, two outputs."""
+    rng = np.random.default_rng(0)
+    f_a, f_b, f_ab = rng.random((64, 2)), rng.random((64, 2)), rng.random((64, 3, 2))
+    sampled = scipy.stats.sobol_indices(
+        func={"f_A": f_a.T, "f_B": f_b.T, "f_AB": f_ab.transpose(1, 2, 0)}, n=64
+    )
+    first, total = _estimate(_Rows(f_a, f_b, f_ab))
+    np.testing.assert_allclose(first, sampled.first_order, rtol=1e-12)
+    np.testing.assert_allclose(total, sampled.total_order, rtol=1e-12)

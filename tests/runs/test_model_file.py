@@ -37,6 +37,7 @@ FUNCTION = """
 [function]
 run = "two_springs_{}:stretch"
 batched = {}
+picture_unit = "mm"
 """
 PROGRAM = f"""
 [program]
@@ -100,6 +101,7 @@ def test_a_model_is_what_its_file_says(write, how, workers):
     np.testing.assert_array_equal(model.evaluate(X), Y)
     model.close()
     assert (model.name, model.names) == ("two springs", ("k_1", "k_2"))
+    assert model.picture_unit == "mm" * (how != PROGRAM)
     np.testing.assert_array_equal(model.lower, [90.0, 45.0])
     assert [column.label for column in model.columns] == ["1 N", "2 N", "5 N"]
 

@@ -279,6 +279,25 @@ def test_ctrl_c_while_the_kernels_are_compiled(tmp_path):
     assert not list((tmp_path / "kept").iterdir())
 
 
+def without_times(text):
+    """Return the bytes of a result's JSON but for how long it took, which its digest knows too."""
+    document = json.loads(text)
+    del document["seconds"], document["digest"]
+    return json.dumps(document)
+
+
+def test_the_answer_does_not_depend_on_the_kernels_cache(tmp_path, capsys):
+    # The search with the fewest kernels; a second process compiles with the first.
+    few = ["--json", "--method", "exact", "--solver", "equilibrium", "--case", "material"]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "empty")}
+    cold = run("search", *few, env=environment)
+    assert cold.returncode == 0, cold.stderr
+    assert list(tmp_path.rglob("*.nbc"))
+    code, warm, _ = in_process(capsys, *few)
+    assert code == 0
+    assert without_times(cold.stdout) == without_times(warm)
+
+
 def test_a_reader_that_has_gone_is_no_error():
     done = subprocess.run(
         f"{sys.executable} -m kneecore.simulate | head -1; exit ${{PIPESTATUS[0]}}",

@@ -8,9 +8,11 @@ from searches import knee_of
 
 from kneecore import MOMENT, Knee, ModelError, ParameterError, ParameterSpace, simulate_batch
 from kneecore.knee.model import ALONG_LOADS
+from kneecore.model import Evaluation
 from kneecore.numerics.genetic import maximize
 from kneecore.numerics.pair import ModelPair
 from kneecore.progress import Cancelled
+from kneecore.search import exact_model
 from kneecore.search.exact_model import exact_pair
 from kneecore.search.pattern_climb import climb_from_patterns
 from kneecore.search.sign_climb import ExactSettings, climb_pair, sign_patterns
@@ -220,6 +222,28 @@ def test_motion_knows_failures():
 
     assert climb_from_patterns(failing, found, np.ones(5)).value == -np.inf
     assert climb_from_patterns(outputs, found, np.ones(5)).value == pytest.approx(found.value)
+
+
+class Unscreened(Knee):
+    """Knees of which a screening leaves none."""
+
+    @property
+    def screening(self):
+        return Nothing(self.space)
+
+
+class Nothing(Knee):
+    def _examine(self, x, *, observe):
+        return Evaluation(y=np.full((len(x), 12), np.nan), counts={"failed": len(x)})
+
+
+def test_where_a_screening_leaves_nothing_the_model_itself_is_searched(monkeypatch):
+    # One failure is many here, so that small bounds do.
+    monkeypatch.setattr(exact_model, "MANY_FAILED", -1.0)
+    monkeypatch.setattr(exact_model, "QUICK", ())
+    space = ParameterSpace(case="material")
+    found = exact_pair(Unscreened(space))
+    assert found.objective == pytest.approx(exact_pair(Knee(space)).objective)
 
 
 def test_a_report_can_end_the_search_at_any_batch():

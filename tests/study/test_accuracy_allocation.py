@@ -258,6 +258,19 @@ class TestEdges:
         )
         assert Model.from_file(path).measurements == {"a": "both", "b": "both", "c": "c"}
 
+    def test_its_results_tell_what_is_measured_together(self):
+        told = {"a": "both", "b": "both", "c": None}
+        inputs = [Input(n, lower=-1.0, upper=1.0, measurement=m) for n, m in told.items()]
+        slopes = {"gradient": lambda x: np.ones((len(x), 1, 3))}
+        model = Model(np.sum, inputs, [Output("y")], **slopes)
+        found = allocated(model, within=1.5)
+        again, document = (f(found.to_json()) for f in (type(found).from_json, json.loads))
+        assert again.model.measurements == {"a": "both", "b": "both", "c": "c"}
+        assert again.names == found.names == ("both", "c")
+        document["measurements"][0]["name"] = "each"
+        with pytest.raises(FileFormatError, match="`measurements` must be both, c"):
+            type(found).from_json(json.dumps(with_digest(document)))
+
     def test_an_interior_maximum_needs_no_accuracy(self):
         model = Model(
             lambda x: np.stack([x[:, 0] - x[:, 1] ** 2], axis=1),

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from results import check_comes_back
 from scipy import stats
 
 import kneecore
@@ -133,7 +134,43 @@ def test_the_worst_case_of_a_quantile_box():
     np.testing.assert_array_equal(monte_carlo(model, how).y.sd, monte_carlo(linear(), how).y.sd)
 
 
+def test_a_model_with_other_distributions():
+    steps = Input("steps", lower=1, upper=5, integer=True)
+    inputs = [
+        Input("a", nominal=10.0, tolerance_percent=5),
+        Input("b", lower=1.0, upper=2.0),
+        steps,
+    ]
+    model = Model(np.sum, inputs, [Output("y")])
+    other = model.with_distributions(
+        {"a": ("normal", 2.0), "b": ("log-normal", None), "steps": ("normal", None)}
+    )
+    assert [i.distribution for i in other.inputs] == ["normal", "log-normal", "uniform"]
+    assert [i.deviations for i in other.inputs] == [2.0, 3.0, None]
+    assert (other.inputs[0].lower, other.inputs[0].nominal) == (9.5, 10.0)
+    assert model.is_uniform
+    back = other.with_distributions({"a": ("uniform", None), "b": ("uniform", None)})
+    assert back.identity == model.identity
+    with pytest.raises(ParameterError, match="`kinds` names 'z'; a, b, steps are allowed"):
+        model.with_distributions({"z": ("normal", None)})
+
+
 def test_another_distribution_is_another_study():
     """What was kept of one is not taken for the other."""
     one, two = linear(), linear([("x_0", "x_1", 0.5)])
     assert len({one.identity, two.identity, linear(distribution="triangular").identity}) == 3
+
+
+def test_a_searchs_file_of_such_inputs_follows_the_schema():
+    inputs = [
+        Input("a", choices=[1.0, 2.2, 4.7], measurement="scale"),
+        Input("b", nominal=100.0, tolerance_percent=20, distribution="truncated-normal",
+              deviations=2, quantile=0.95),
+        Input("c", lower=17, upper=21, integer=True),
+        Input("d", lower=0.5, upper=2.0, distribution="log-normal", least=0.1, most=5.0),
+        Input("e", lower=0.0, upper=1.0, distribution="triangular", mode=0.2),
+    ]  # fmt: skip
+    model = Model(np.sum, inputs, [Output("y")], correlation=[("b", "d", -0.4)])
+    settings = SearchSettings(training_samples=7, pop_size=20, n_generations=2)
+    told = check_comes_back(worst_case(model, settings))
+    assert set().union(*told["model"]["inputs"]) >= {"choices", "quantile", "measurement"}

@@ -13,6 +13,7 @@ from kneeviz.page.belonging import (
     ACCURACY,
     BAND,
     BASELINE,
+    GHOSTS,
     INFLUENCE,
     KNEE,
     LANDSCAPE,
@@ -26,6 +27,7 @@ from kneeviz.page.belonging import (
     WORST,
 )
 from kneeviz.state.bounds import Bounds
+from kneeviz.state.ghosts import as_ghost
 from kneeviz.state.knee import KneeState, Solved
 from kneeviz.state.landscape import LandscapeState, Slice
 from kneeviz.state.origin import digest, of_found
@@ -34,7 +36,7 @@ from kneeviz.views import theme
 from kneeviz.views.view import View
 
 ALL_OF_THE_BOX = {WORST, BAND, SURROGATE, METHODS, SAMPLING, INFLUENCE, ACCURACY, LANDSCAPE}
-KNEES_RULE = ALL_OF_THE_BOX | {KNEE, BASELINE}
+KNEES_RULE = ALL_OF_THE_BOX | {KNEE, BASELINE, GHOSTS}
 
 
 def page_with_everything():
@@ -56,6 +58,7 @@ def page_with_everything():
         state=state,
         unsolved=False,
         animation=SimpleNamespace(morphing=False),
+        ghosts=(as_ghost(solved),),
         live=SimpleNamespace(keeps_up=False),
         band=Band(lower_deg=none, upper_deg=none, text="", origin=of_found(found)),
         methods=SimpleNamespace(found=found),

@@ -11,9 +11,9 @@ import kneecore
 from kneecore import NAMES, Knee, SamplingSettings
 from kneeviz.actions import study
 from kneeviz.page import belonging
+from kneeviz.state.lesson_steps import STEPS
 from kneeviz.state.shown import band_of
 from kneeviz.views import theme
-from kneeviz.views.tabs.learn import STEPS
 
 ACL_Y = NAMES.index("acl_femur_y")
 GREY, CHANGED = "opacity:.45", "changed since"

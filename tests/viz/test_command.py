@@ -7,9 +7,11 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from searches import searched
@@ -78,7 +80,7 @@ def test_help_is_quick_and_names_every_option():
     assert done.returncode == 0
     for option in (
         "--host", "--port", "--baseline", "--result", "--shared", "--per-visitor", "--no-browser",
-        "--token", "--no-token", "--allow-host", "--model",
+        "--token", "--no-token", "--allow-host", "--model", "--knee", "--class",
     ):  # fmt: skip
         assert option in done.stdout
 
@@ -96,6 +98,9 @@ def test_help_is_quick_and_names_every_option():
         (["--model", "pyproject.toml"], "no key of a model's file"),
         (["--model", "x.toml", "--baseline", "y.toml"], "`baseline` is 'y.toml'; it is the knee's"),
         (["--shared", "--per-visitor"], "only one"),
+        (["--class", "--per-visitor"], "only one"),
+        (["--knee", "no/link"], "the link holds other characters"),
+        (["--knee", "x", "--state", "y.json"], "--knee is given with --baseline or --state"),
         (["--token", "--no-token"], "only one"),
         (["--allow-host", "http://x.org"], "http://x.org"),
     ],
@@ -204,3 +209,13 @@ def test_the_files_of_the_options_are_opened(tmp_path):
         assert not app.page.view.files.result["result.json"].disabled
     finally:
         app.stop()
+
+
+def test_a_class_gets_an_address_of_its_own(capsys):
+    stop = threading.Event()
+    stop.set()
+    app = SimpleNamespace(warning=None, url="http://a/?token=t", class_url="http://a")
+    command._serve(app, stop, browser=False)
+    teachers, classs = capsys.readouterr().out.splitlines()
+    assert teachers == "kneeviz: http://a/?token=t  (Ctrl-C ends it)"
+    assert classs == "kneeviz: http://a  (for the class, which watches)"

@@ -1,5 +1,7 @@
 """The charts' data, without a server behind them."""
 
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +13,7 @@ from kneeviz.state.origin import Origin
 from kneeviz.state.shown import Band, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts.curves import CurveChart
+from kneeviz.views.html import readout
 
 X = kneecore.packaged_knee().baseline
 NO_POSES = Markers(poses=(None, None, None))
@@ -83,6 +86,29 @@ def test_the_chart_widens_for_a_wide_band(chart, response):
     # The shade over over-extension reaches the new edge.
     edge, _ = sorted(filled_series(chart, theme.LIGHT.beyond))
     assert (chart.handle.data[edge] == low).all()
+
+
+def test_a_legends_entries_are_keys_of_the_curves_and_what_is_told_has_a_unit(chart, response):
+    chart.update(shown(response, None), NO_POSES)
+    legend = readout.legend(theme.LIGHT, overlays=True, curve=True, band="2,000", ghosts=True)
+    entries = set(re.findall(r'data-curve="(\w+)"', legend))
+    keys = {series.get("key") for series in chart.handle.series} - {None}
+    assert entries - {"training"} == keys  # there is no surrogate here
+    told = [series for series in chart.handle.series if "unit" in series]
+    assert {series["key"] for series in told[1:]} == keys
+    assert all(series["label"] for series in told)
+    assert (told[0]["label"], told[0]["unit"]) == ("External moment", "N·m")
+
+
+def test_earlier_knees_have_curves_of_their_own(chart, response):
+    sweep = sweep_of(X, response)
+    chart.update(replace(shown(response, None), ghosts=(sweep,)), NO_POSES)
+    lines = [
+        line
+        for line, series in zip(chart.handle.data, chart.handle.series, strict=True)
+        if series.get("key") == "ghosts"
+    ]
+    assert [bool(np.isfinite(line).any()) for line in lines] == [True, False, False]
 
 
 def test_the_theme_paints_the_band(chart):

@@ -162,7 +162,7 @@ def test_the_command_writes_what_is_asked_for(folder, result, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "nothing is asked for; --html FILE, --gif FILE or --png FILE is"),
+        ([], "nothing is asked for; --html FILE, --gif FILE, --png FILE or --lesson FILE is"),
         (["--html", "a", "--gif", "./a"], "two of the files have the same name"),
         (["--html", ""], "`--html` is '.'; the name of a file is allowed"),
         (["--png", "a", "--position", "nan"], "`--position` is nan; 0 to 1 is allowed"),
@@ -175,6 +175,14 @@ def test_what_is_not_allowed_is_one_line(folder, arguments, said, capsys, monkey
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_page_needs_a_result_and_the_lesson_none(tmp_path, capsys, monkeypatch):
+    assert __main__.main(["--html", str(tmp_path / "a.html")]) == 2
+    assert "`RESULT` is not given" in capsys.readouterr().err
+    monkeypatch.setattr("kneeviz.export.files.html_sheet", lambda told: "the sheet")
+    assert __main__.main(["--lesson", str(tmp_path / "a.html")]) == 0
+    assert (tmp_path / "a.html").read_text() == "the sheet"
 
 
 def test_a_result_that_is_none_is_one_line(tmp_path, capsys):

@@ -49,6 +49,14 @@ def test_the_axes_hold_every_point_and_name_their_units(found):
     assert ">10,000<" in svg
 
 
+def test_every_better_pair_tells_its_numbers_to_a_pointer(found):
+    svg = methods.plot(found, theme.LIGHT)
+    assert svg.count("<title>") == sum(len(trace.objective) for trace in found)
+    last = by_name(found)["exact"]
+    words = f"f {last.objective[-1]:.1f}° after {round(float(last.n_models[-1])):,} models"
+    assert f"<title>exact gradients: {words}</title>" in svg
+
+
 def test_the_table_never_has_the_surrogates_f_without_the_truth(found):
     table = methods.table(found, theme.LIGHT)
     surrogate = by_name(found)["ga_surrogate"]

@@ -1,5 +1,7 @@
 """The page for a model of one's own, in the real server, spoken to without a browser."""
 
+import threading
+
 import models
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from viz.websocket_client import WebSocketClient
 
 import kneecore
 from kneecore import ParameterError
-from kneeviz.anymodel import state
+from kneeviz.anymodel import pictures, state
 from kneeviz.anymodel.actions.table import ACTIONS
 from kneeviz.anymodel.pictures import OWN
 from kneeviz.anymodel.views.commands import COMMANDS
@@ -108,6 +110,7 @@ class TestSearch:
         visitor.wait(lambda c: "Verdict: " in text(c, page.view.search.found))
         told = text(visitor, page.view.search.found)
         assert found.verdict.word in told
+        assert found.verdict.outlook in told
         assert "gap" in told
 
     def test_both_are_drawn_over_the_own_one_and_can_be_hidden(self, page, visitor):
@@ -170,6 +173,25 @@ class TestStudy:
         page.post(("study", "landscape"), None)
         eventually(lambda: not page.state.landscape_shown)
 
+    def test_inputs_are_drawn_as_is_chosen(self, page):
+        drawn = page.view.study.drawn
+        kind, far = (drawn.by_name[f"study.{n}.rod"] for n in ("distribution", "deviations"))
+        assert not far.visible
+        for handle, value in ((kind, "normal"), (far, 2.0)):
+            handle.value = value
+            page.post(("setting", "study"), Asked(handle, -1, value))
+        eventually(lambda: far.visible)
+        assert drawn.chosen == {"rod": ("normal", 2.0)}
+        before = page.state.sampled
+        page.post(("study", "sampling"), None)
+        eventually(lambda: page.state.sampled is not before and page.state.job is None)
+        assert page.state.sampled.model.drawn_as == "2 uniform, 1 normal with bounds at 2 sd"
+        assert "1 normal with bounds at 2 sd" in page.view.study.sampled.content
+        kind.value = "uniform"
+        page.post(("setting", "study"), Asked(kind, -1, "uniform"))
+        eventually(lambda: not far.visible)
+        assert drawn.chosen == {}
+
 
 class TestFiles:
     def test_a_result_goes_out_and_comes_back_as_it_was(self, page, visitor):
@@ -220,6 +242,27 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_last_one(page, monkeypatch):
     eventually(lambda: "raised ValueError: no &lt;place&gt;" in page.view.running.status.content)
     np.testing.assert_allclose(page.state.shapes[OWN][0].points, crank, atol=1e-9)
     eventually(lambda: page.state.last.x[CRANK] == 50.5)
+
+
+def test_a_picture_that_does_not_come_is_a_line_and_the_page_goes_on(page, monkeypatch):
+    """It is not asked for again until it has come; then the latest is drawn, and the line goes."""
+    returned, calls, usual = threading.Event(), [], page.pictures._model._draw
+
+    def draw(x):
+        calls.append(x[CRANK])
+        assert returned.wait(60.0)
+        return usual(x)
+
+    monkeypatch.setattr(pictures, "PATIENCE", 0.1)
+    monkeypatch.setattr(page.pictures._model, "_draw", draw)
+    page.post(("input", CRANK), Asked(None, -1, 50.5))
+    eventually(lambda: "`draw` has not returned for 0.1 s" in page.view.running.status.content)
+    page.post(("input", CRANK), Asked(None, -1, 51.0))
+    eventually(lambda: page.state.last.x[CRANK] == 51.0)
+    assert calls == [50.5]
+    returned.set()
+    eventually(lambda: np.allclose(page.state.shapes[OWN][0].points[1], [0.0, 51.0]))
+    eventually(lambda: "`draw`" not in page.view.running.status.content)
 
 
 def test_what_a_page_cannot_open_with():

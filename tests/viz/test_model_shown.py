@@ -11,6 +11,7 @@ from kneeviz.anymodel.dials import dial, dials, folders
 from kneeviz.anymodel.slices import picture_of
 from kneeviz.anymodel.state import ModelState
 from kneeviz.anymodel.views import words
+from kneeviz.anymodel.views.inputs import hint
 from kneeviz.geometry import surfaces
 from kneeviz.views import theme
 
@@ -133,6 +134,30 @@ class TestFrame:
         shape = Shape(name="s", points=[[0.0, 0.0], [1.0, 0.0], [np.nan, 1.0], [1.0, 1.0]])
         assert frame.segments(shape, frame.frame_around([[shape]])).shape == (1, 2, 2)
         assert frame.frame_around([[Shape(name="s", points=[[np.nan, 0.0]])]]) is None
+
+    def test_the_scale_is_round_and_stands_in_the_lower_margin(self):
+        square = Shape(name="s", points=100.0 * models.SQUARE, kind="closed")
+        one = frame.frame_around([[square]])
+        length, lines = frame.scale_bar(one)
+        assert length == 50.0  # of 224, with margins
+        bar = lines[0]
+        assert np.ptp(bar[:, 0]) == pytest.approx(length * one.scale)
+        lowest = frame.segments(square, one)[..., 1].min()
+        assert -0.5 * one.size[1] < bar[0, 1] < lowest
+
+
+def test_how_inputs_are_drawn_is_told_where_it_is_not_uniformly():
+    normal = Input("x", lower=0.0, upper=1.0, distribution="normal", deviations=2)
+    model = Model(lambda x: x.sum(), [normal, *inputs(1)], [Output("y")])
+    assert "1 normal with bounds at 2 sd, 1 uniform" in words.drawn(model)
+    assert "Samples are normal with bounds at 2 sd." in hint(dials(model)[0])
+    assert "Samples" not in hint(dials(model)[1])
+    assert words.drawn(model_of(Output("y"))) == ""
+
+
+def test_time_left_is_told_where_it_is_worth_it():
+    assert words.time_left(None) == words.time_left(1.0) == ""
+    assert "At most 3 min left." in words.time_left(180.0)
 
 
 def test_names_of_the_users_are_no_markup():

@@ -15,7 +15,6 @@ from viz.visits import (
     play,
     press,
     shows,
-    wait_for_result,
     widget,
 )
 from viz.websocket_client import WebSocketClient
@@ -293,24 +292,6 @@ class TestMotion:
         time.sleep(1.0)
         assert app.session.drawing.frame - frame < 8
         page.playback.play(False)
-
-
-def test_the_lesson_runs_from_its_first_to_its_last_step(page, visitor):
-    from kneeviz.views.tabs.learn import STEPS
-
-    learn = page.view.learn
-    press(visitor, learn.press)
-    for number, step in enumerate(STEPS):
-        eventually(lambda n=number: page.lesson == n)
-        visitor.wait(lambda c, s=step: s.title in c.props[widget(learn.page)]["content"])
-        press(visitor, learn.press)
-        time.sleep(0.1)
-        if ("search",) in step.on_press:
-            wait_for_result(page)
-        press(visitor, learn.turn, "Next")
-    eventually(lambda: page.lesson is None)
-    assert visitor.notifications == []
-    pause(visitor, page)
 
 
 def test_per_visitor_each_has_a_knee_of_his_own():

@@ -20,6 +20,7 @@ from kneeviz.geometry import surfaces
 from kneeviz.jobs.messages import Asked
 from kneeviz.state.study import BARS, HEAT_MAP, SLOPES
 from kneeviz.views.html.labels import HEIGHTS, LOADS, with_unit
+from kneeviz.views.html.pieces import plain
 from kneeviz.views.tabs.study import SHOW
 
 SHEETS = ("/landscape/model", "/landscape/surrogate")
@@ -395,7 +396,11 @@ def test_the_paper_claim_by_claim(page, visitor, study):
     visitor.wait(lambda c: all(w in text(c, study.judged) for w in words))
     made = page.study.paper
     told = text(visitor, study.judged)
-    assert len(made.claims) == told.count("Here:") > 10
+    assert len(made.claims) == told.count('scope="rowgroup"') > 10
+    for claim in made.claims:
+        assert plain(claim.place) in told
+        fit = "" if claim.fit == "not fitted" else f", {claim.fit}"
+        assert f"<b>{claim.outcome}</b>{fit}</td>" in told
     page = download(visitor, study.files["paper.html"], "paper.html", len(made.page))
     assert page == made.page
     assert page.rstrip().endswith(b"</html>")

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,13 @@ def test_share_and_moment_are_inverse_and_turn_evenly(sweep):
     np.testing.assert_allclose([sweep.share_at(m) for m in moments], shares, atol=1e-9)
     angles = np.array([sweep.at_moment(float(m)).flexion for m in moments])
     np.testing.assert_allclose(np.diff(angles), np.diff(angles).mean(), rtol=1e-3)
+    np.testing.assert_allclose([sweep.share_bent(a) for a in angles], shares, atol=1e-9)
+
+
+def test_the_share_of_an_angle_is_known_for_a_knee_that_bends_the_other_way(sweep):
+    turned = replace(sweep, flexion=sweep.flexion[::-1].copy())
+    for moment, flexion in zip(turned.moment, turned.flexion, strict=True):
+        assert turned.share_bent(flexion) == pytest.approx(turned.share_at(moment))
 
 
 def test_in_time_frames_are_kneecores(run):

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -14,8 +15,9 @@ from kneecore import NAMES, FileFormatError, OutputError, ParameterError, asset_
 from kneeviz.jobs import keeper as keeper_module
 from kneeviz.jobs.keeper import Keeper
 from kneeviz.server.app import App
+from kneeviz.server.kept import KeptState
 from kneeviz.state import saved
-from kneeviz.views.tabs.transport import REDO, START_OVER, UNDO
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 ACL_Y = NAMES.index("acl_femur_y")
 KNEE = asset_path("baseline.toml").read_text(encoding="utf-8")
@@ -214,20 +216,37 @@ class TestWhatIsLimited:
 
 
 class TestKeptState:
-    def test_a_server_that_starts_again_opens_as_it_was_left(self, page, visitor, path):
+    def test_a_server_that_starts_again_opens_as_it_was_left(self, page, visitor, path, tmp_path):
         began, changes = settled(page), Changes(visitor, page)
         for one in (changes.slider, changes.bound, changes.setting, changes.search):
             one()
         left = settled(page)
         eventually(lambda: path.read_text() == left)
-        again = App(port=0, state=path)
+        again = App(port=0, state=shutil.copy(path, tmp_path))
         try:
             assert saved.to_text(again.page.snapshot()) == left
             again.page.post("undo")
             eventually(lambda: settled(again.page) == began)
         finally:
             again.stop()
-        assert path.read_text() == began  # the last state is written before the server ends
+        left = (tmp_path / path.name).read_text()
+        assert left == began, "the last state is written before the server ends"
+
+    def test_a_second_server_on_the_same_file_is_refused_in_a_line(self, page, path):
+        with pytest.raises(OutputError, match=r"`state` .* another process is writing") as told:
+            App(port=0, state=path)
+        assert "\n" not in str(told.value)
+
+    def test_who_ends_or_fails_lets_others_write(self, tmp_path):
+        path = tmp_path / "state.json"
+        path.write_text("no state")
+        for _ in range(2):
+            with pytest.raises(FileFormatError):
+                KeptState(path, saved.read)
+        path.unlink()
+        for _ in range(2):
+            KeptState(path, saved.read).stop()
+        assert list(tmp_path.iterdir()) == []
 
     def test_a_lesson_is_nothing_to_come_back_to(self, page, visitor, monkeypatch):
         kept, learn = [], page.view.learn

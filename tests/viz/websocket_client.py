@@ -52,6 +52,14 @@ def decode_frame(frame: bytes) -> list[dict[str, Any]]:
     return [_decoded(message, arrays) for message in document["messages"]]
 
 
+_SET_IN_SCENE = {
+    "SetOrientationMessage": "wxyz",
+    "SetPositionMessage": "position",
+    "SetSceneNodeVisibilityMessage": "visible",
+}
+"""What has a message of its own in viser, and what it is of a node."""
+
+
 class WebSocketClient:
     """One visitor. Use it as a context manager.
 
@@ -221,8 +229,9 @@ class WebSocketClient:
             self.notifications.append(message)
         elif kind == "SceneNodeUpdateMessage":
             self.scene.setdefault(message["name"], {}).update(message["updates"])
-        elif kind == "SetOrientationMessage":
-            self.scene.setdefault(message["name"], {})["wxyz"] = message["wxyz"]
+        elif kind in _SET_IN_SCENE:
+            key = _SET_IN_SCENE[kind]
+            self.scene.setdefault(message["name"], {})[key] = message[key]
         elif kind == "FileTransferStartDownload":
             self._names[message["transfer_uuid"]] = message["filename"]
             self.downloads[message["filename"]] = b""

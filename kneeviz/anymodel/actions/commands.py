@@ -16,6 +16,23 @@ def set_dark(page: ModelPage, dark: bool) -> None:
     if page.view.dark_box.value != dark:
         page.view.dark_box.value = dark
     page.view.repaint(dark)
+    _write_all(page)
+
+
+def _large(page: ModelPage, value: Asked) -> None:
+    set_large(page, bool(value.value))
+
+
+def set_large(page: ModelPage, large: bool) -> None:
+    """Show everything large, for a class, or at a desk's size."""
+    if page.view.large_box.value != large:
+        page.view.large_box.value = large
+    page.view.resize(large)
+    _write_all(page)
+
+
+def _write_all(page: ModelPage) -> None:
+    """Write and draw what has the theme's colours and sizes."""
     search.write_result(page)
     study.write_influence(page)
     study.draw_landscape(page)
@@ -26,11 +43,12 @@ def _toggle(page: ModelPage, value: Asked, what: str) -> None:
     """Turn round what is on or off."""
     if what == "dark":
         set_dark(page, not page.view.dark)
+    elif what == "large":
+        set_large(page, not page.view.large)
     elif page.state.result is None:
         page.notices.tell(value.client_id, "Not now", "No search has been made yet.")
     else:
-        page.view.search.overlay.value = not page.state.overlay
-        page.show_overlay(not page.state.overlay)
+        search.set_overlay(page, not page.state.overlay)
 
 
 def _cancel(page: ModelPage, value: Asked) -> None:
@@ -43,4 +61,9 @@ def _cancel(page: ModelPage, value: Asked) -> None:
         page.notices.tell(value.client_id, "Nothing to cancel", "Nothing is running.")
 
 
-ACTIONS: dict[str, Callable[..., None]] = {"dark": _dark, "toggle": _toggle, "cancel": _cancel}
+ACTIONS: dict[str, Callable[..., None]] = {
+    "dark": _dark,
+    "large": _large,
+    "toggle": _toggle,
+    "cancel": _cancel,
+}

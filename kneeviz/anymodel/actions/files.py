@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
-from kneecore import FileFormatError, KneecoreError, Model, SearchResult
+from kneecore import FileFormatError, KneecoreError
 from kneeviz.actions.downloads import everything, result_files
 from kneeviz.anymodel.actions.search import take_result
 from kneeviz.anymodel.page import ModelPage
-from kneeviz.anymodel.state import belongs
+from kneeviz.anymodel.state import of_this_model
 from kneeviz.jobs.messages import Asked
 from kneeviz.jobs.uploads import NAMELESS, Uploaded
 from kneeviz.views.html.pieces import escape
@@ -39,24 +39,6 @@ def _upload(page: ModelPage, value: tuple[str, bytes], client_id: int) -> None:
 
 def _not_loaded(page: ModelPage, client_id: int, name: str, why: str) -> None:
     page.notices.tell(client_id, "File not loaded", f"{name[:80]}: {why[:300]}")
-
-
-def of_this_model(model: Model, loaded: object) -> SearchResult:
-    """Return what was loaded, if it is a result of the page's model.
-
-    Raises
-    ------
-    FileFormatError
-        If it is something else.
-    """
-    if not isinstance(loaded, SearchResult):
-        raise FileFormatError("it is a knee; a result of this page's model is needed")
-    if not belongs(loaded, model):
-        raise FileFormatError(
-            f"`result` is of the model {loaded.model.name[:60]!r}, whose inputs and outputs are "
-            "others than this page's"
-        )
-    return loaded
 
 
 def _uploaded(page: ModelPage, value: Uploaded, client_id: int) -> None:

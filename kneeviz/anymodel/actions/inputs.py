@@ -7,6 +7,7 @@ from kneeviz.anymodel import work
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.anymodel.pictures import OWN, Drawn
 from kneeviz.anymodel.runs import Ran
+from kneeviz.anymodel.views import words
 from kneeviz.anymodel.views.words import duration
 from kneeviz.jobs.job import Job, JobDone, JobProgress
 from kneeviz.jobs.messages import Asked
@@ -59,6 +60,8 @@ def _ran(page: ModelPage, ran: Ran) -> None:
         page.say(READY_SLOW if state.slow else "Ready.")
     if first:
         _begin(page)
+        if not (state.at_home or state.slow):  # it was opened as it had been left
+            page.follow()
 
 
 def _begin(page: ModelPage) -> None:
@@ -101,6 +104,9 @@ def _learn(page: ModelPage, value: Asked) -> None:
 def _learn_progress(page: ModelPage, news: JobProgress) -> None:
     if news.job is page.state.job:
         page.view.running.progress.value = news.percent
+        left = words.time_left(news.seconds_left)
+        if left and not page.troubles:
+            page.say(f"Learning a surrogate … {left}", "busy")
 
 
 def _learn_done(page: ModelPage, news: JobDone) -> None:
@@ -129,7 +135,7 @@ def _drawn(page: ModelPage, drawn: Drawn, whose: int) -> None:
         if whose == OWN:
             page.tell_trouble("The picture", None)
     elif whose == OWN:
-        page.tell_trouble("The picture", f"`draw` raised {drawn.why}")
+        page.tell_trouble("The picture", f"`draw` {drawn.why}")
     page.touched = True
 
 

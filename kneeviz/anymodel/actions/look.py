@@ -14,6 +14,7 @@ def _joined(page: ModelPage, _value: Any, client_id: int) -> None:
     if client is not None:
         page.framing.join(client, page.subject, time.monotonic())
         viser_scripts.watch_charts(client)
+        viser_scripts.look_closer(client)
         viser_scripts.name_widgets(client, "the model's outputs", "The model's picture")
 
 

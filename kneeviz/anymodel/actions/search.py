@@ -48,6 +48,7 @@ def _progress(page: ModelPage, news: JobProgress) -> None:
         tab.progress.value = first * news.percent
     elif news.stage == "repair":
         tab.progress.value = 100.0 * first + (1.0 - first) * news.percent
+    tab.left.content = words.time_left(news.seconds_left)
     if news.best is not None:
         state.rising.append(news.best)
         best = f"Best f so far: <b>{words.told(news.best, state.model.objective_unit)}</b>"
@@ -82,11 +83,38 @@ def take_result(page: ModelPage, result: SearchResult) -> None:
             page.tell_trouble("No surrogate", None)
         except KneecoreError:  # too few runs of it are usable
             pass
-    view.search.overlay.visible = view.search.adopt.visible = view.search.overlay.value = True
+    view.search.overlay.visible = view.search.adopt.visible = True
     for handle in view.files.result.values():
         handle.disabled = False
-    page.show_overlay(True)
+    set_overlay(page, True)
     write_result(page)
+
+
+def forget_result(page: ModelPage) -> None:
+    """Show no result any more, and offer nothing of it; what was learned from its runs stays."""
+    tab = page.view.search
+    page.state.result = None
+    set_overlay(page, False)
+    tab.overlay.visible = tab.adopt.visible = False
+    for handle in page.view.files.result.values():
+        handle.disabled = True
+    tab.found.content = tab.table.content = ""
+
+
+def set_overlay(page: ModelPage, shown: bool) -> None:
+    """Show or hide both worst models, and let the box agree."""
+    if page.view.search.overlay.value != shown:
+        page.view.search.overlay.value = shown
+    page.show_overlay(shown)
+
+
+def stop_search(page: ModelPage) -> None:
+    """Cancel a search that runs; what it has found until now is not wanted."""
+    job = page.state.job
+    if job is not None and job.kind == "search":
+        job.cancel()
+        page.state.job = None
+        page.view.search.set_running(False)
 
 
 def write_result(page: ModelPage) -> None:
@@ -121,7 +149,7 @@ def _overlay(page: ModelPage, value: Asked) -> None:
     page.show_overlay(bool(value.value))
 
 
-def _costs(page: ModelPage, _value: Any) -> None:
+def _setting(page: ModelPage, _value: Any, _name: str) -> None:
     page.show_pace()
 
 
@@ -132,5 +160,5 @@ ACTIONS: dict[str, Callable[..., None]] = {
     "search_cancel": _cancel,
     "adopt": _adopt,
     "overlay": _overlay,
-    "costs": _costs,
+    "setting": _setting,
 }

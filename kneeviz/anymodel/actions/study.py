@@ -61,6 +61,8 @@ def start(page: ModelPage, kind: str) -> None:
         assert state.surrogate is not None
         model = work.stand_in(state.surrogate)
     try:
+        if kind != "landscape":
+            model = model.with_distributions(tab.drawn.chosen)
         job = Job("study", _WORK[kind](page, model), page.post, kind=kind, keeps=kind == "sampling")
     except KneecoreError as error:
         page.say(f"Not done: {escape(str(error))}", "bad")
@@ -106,6 +108,7 @@ _WORK: dict[str, Callable[[ModelPage, Model], Work[Any]]] = {
 def _progress(page: ModelPage, news: JobProgress) -> None:
     if news.job is page.state.job:
         page.view.study.progress.value = news.percent
+        page.view.study.left.content = words.time_left(news.seconds_left)
 
 
 def _done(page: ModelPage, news: JobDone) -> None:
@@ -147,18 +150,30 @@ def _cancel(page: ModelPage, value: Asked | None) -> None:
 
 
 def _band(page: ModelPage, value: Asked) -> None:
-    page.state.band = bool(value.value)
+    set_band(page, bool(value.value))
+
+
+def set_band(page: ModelPage, shown: bool) -> None:
+    """Draw what was sampled behind the curves, or not, and let the box agree."""
+    if page.view.study.band.value != shown:
+        page.view.study.band.value = shown
+    page.state.band = shown
     page.touched = True
 
 
 def _column(page: ModelPage, value: Asked) -> None:
-    labels = column_labels(page.state)
-    page.state.column = labels.index(value.value)
+    choose_column(page, column_labels(page.state).index(value.value))
+
+
+def choose_column(page: ModelPage, column: int) -> None:
+    """Show an output where one is shown at a time."""
+    page.state.column = column
+    label = column_labels(page.state)[column]
     view = page.view
     profile = [] if view.profile is None else [view.profile.column]
     for handle in (view.study.height, view.influence.column, *profile):
-        if handle.value != value.value:
-            handle.value = value.value
+        if handle.value != label:
+            handle.value = label
     write_influence(page)
     draw_landscape(page)
     page.touched = True

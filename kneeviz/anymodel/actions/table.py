@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from kneeviz.anymodel.actions import commands, files, inputs, look, search, study
+from kneeviz.anymodel.actions import commands, files, inputs, look, search, study, undo
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.jobs.messages import Asked
 
@@ -21,6 +21,7 @@ ACTIONS: dict[str, Callable[..., None]] = {
     **files.ACTIONS,
     **look.ACTIONS,
     **commands.ACTIONS,
+    **undo.ACTIONS,
     "reject": _reject,
 }
 """By the name that is posted. Each gets the page, the posted value, and the rest of the key."""

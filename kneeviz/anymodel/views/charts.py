@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kneeviz.anymodel import curves
 from kneeviz.anymodel.curves import Curves, Place
 from kneeviz.views import theme
-from kneeviz.views.charts.styles import axis_style, knee_lines, line_style
+from kneeviz.views.charts.styles import axis_style, axis_told, knee_lines, line_style, told
 
 FloatArray = NDArray[np.float64]
 
@@ -37,23 +37,26 @@ class OutputChart:
         )
 
     def _series(self) -> list[dict[str, Any]]:
-        c = self._colours
-        nominal, own, one, two = knee_lines(c)
+        c, output = self._colours, self._place.output
+        unit = output.unit
+        nominal, own, one, two = knee_lines(c, unit, None, called=("nominal", "model"))
+        edge = line_style(c.band_edge, 1.0)
+        surrogate = line_style(c.surrogate, 2.0, dash=(7, 5))
         dots = {
             "stroke": c.current,
             "width": 0,
             "points": {"show": True, "size": 6, "fill": c.current, "space": 0},
         }
         return [
-            {},
-            line_style(c.band_edge, 1.0),
-            line_style(c.band_edge, 1.0),
+            axis_told(output.axis_name or "axis", output.axis_unit, None),
+            told(edge, "band", "band from", unit, None),
+            told(edge, "band", "band to", unit, None),
             nominal,
             own,
-            line_style(c.surrogate, 2.0, dash=(7, 5)),
+            told(surrogate, "surrogate", "surrogate", unit, None),
             one,
             two,
-            dots,
+            told(dots, "current", "last run", unit, None),
         ]
 
     def _bands(self) -> tuple[dict[str, Any], ...]:

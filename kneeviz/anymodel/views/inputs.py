@@ -4,7 +4,7 @@ from typing import Any
 
 from kneeviz.anymodel.dials import Dial, folders
 from kneeviz.anymodel.state import ModelState
-from kneeviz.anymodel.views.words import held
+from kneeviz.anymodel.views.words import drawn, held
 from kneeviz.jobs.messages import Post
 from kneeviz.views.tabs.events import on_press, on_value
 
@@ -25,6 +25,8 @@ class InputsTab:
                 self._add(gui, post, group)
         fixed = [i for i in state.model.inputs if i.upper <= i.lower]
         self.held = gui.add_html(held(fixed), visible=bool(fixed))
+        told = drawn(state.model)
+        self.drawn = gui.add_html(told, visible=bool(told))
 
     def _add(self, gui: Any, post: Post, group: Any) -> None:
         for one in group:
@@ -42,7 +44,8 @@ class InputsTab:
 
 def hint(one: Dial) -> str:
     """Return an input's bounds and home in words."""
+    sampled = "" if one.drawn == "uniform" else f" Samples are {one.drawn}."
     return (
         f"{one.name}: {one.text(one.lower)} to {one.text(one.upper)}, at home "
-        f"{one.text(one.nominal)}."
+        f"{one.text(one.nominal)}.{sampled}"
     )

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from kneecore import Shape
-from kneeviz.anymodel.frame import Frame, segments
+from kneeviz.anymodel.frame import Frame, scale_bar, segments
 from kneeviz.views import theme
 from kneeviz.views.scene.nodes import LAYER, add_line, lift
 
@@ -35,6 +35,9 @@ class PictureScene:
         ]
         for line in self.lines:
             line.visible = False
+        self._scale = add_line(scene, "/model/scale", np.zeros((1, 2, 2)), 0.0, 1.5)
+        self._length = scene.add_label("/model/scale_length", "", anchor="bottom-left")
+        self._scale.visible = self._length.visible = False
         self._labels: list[viser.LabelHandle] = []
 
     def set_hidden(self, hidden: bool) -> None:
@@ -56,6 +59,18 @@ class PictureScene:
                 line.points = lift(every, depth)
                 line.colors = theme.handle_colour(theme.rgb(hue))
         self._write([s for s in pictures[0] or () if s.label], frame)
+
+    def draw_scale(self, frame: Frame, unit: str, colours: theme.Palette) -> None:
+        """Draw a line of a round length below the shapes, where its unit is known."""
+        if not unit:
+            return
+        length, lines = scale_bar(frame)
+        self._scale.points = lift(lines, 0.0)
+        self._scale.colors = theme.handle_colour(theme.rgb(colours.baseline))
+        self._length.text = f"{length:g} {unit}"
+        x, y = lines[0, 1]
+        self._length.position = (float(x) + _LABEL_SHIFT, float(y), 20 * LAYER)
+        self._scale.visible = self._length.visible = True
 
     def _write(self, shapes: Sequence[Shape], frame: Frame) -> None:
         """Write labels beside the middle of a shape's first line."""

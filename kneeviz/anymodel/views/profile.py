@@ -11,7 +11,7 @@ from kneeviz.anymodel.dials import Dial
 from kneeviz.anymodel.state import ModelState
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
-from kneeviz.views.charts.styles import axis_style, line_style
+from kneeviz.views.charts.styles import axis_style, axis_told, line_style, switched, told
 from kneeviz.views.tabs.events import on_value
 
 FloatArray = NDArray[np.float64]
@@ -66,12 +66,25 @@ class ProfileChart:
         return next(one for one in self._state.dials if one.name == self.input.value)
 
     def _series(self) -> list[dict[str, Any]]:
-        c = self._colours
+        c, one, column = self._colours, self._dial, self._state.model.columns[self._state.column]
         dots = [
-            {"stroke": h, "width": 0, "points": {"show": True, "size": 10, "fill": h, "space": 0}}
-            for h in (c.current, c.model_1, c.model_2)
+            switched(
+                {
+                    "stroke": h,
+                    "width": 0,
+                    "points": {"show": True, "size": 10, "fill": h, "space": 0},
+                },
+                key,
+            )
+            for h, key in ((c.current, "current"), (c.model_1, "model_1"), (c.model_2, "model_2"))
         ]
-        return [{}, line_style(c.surrogate, 2.0, dash=(7, 5)), *dots]
+        line = line_style(c.surrogate, 2.0, dash=(7, 5))
+        unit = column.output.unit
+        return [
+            axis_told(one.label, "", None),
+            told(line, "surrogate", "surrogate", unit, None),
+            *dots,
+        ]
 
     def _scales(self, span: tuple[float, float]) -> dict[str, Any]:
         one = self._dial
@@ -98,6 +111,7 @@ class ProfileChart:
         axes = self._axes()
         if tuple(self.handle.axes) != axes:
             self.handle.axes, self._range = axes, None
+            self.handle.series = tuple(self._series())
         axis, line = along(self._state, one)
         dots = self._dots(shown, one)
         every = np.unique(np.concatenate([axis, [x for x, _ in dots if np.isfinite(x)]]))

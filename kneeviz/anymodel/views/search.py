@@ -27,6 +27,7 @@ class SearchTab:
         )
         self.cost = gui.add_html("")
         self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.left = gui.add_html("", visible=False)
         self.rising = gui.add_html("", visible=False)
         self.cancel = gui.add_button("Cancel the search", color="red", visible=False)
         self.found = gui.add_html("")
@@ -38,8 +39,6 @@ class SearchTab:
         on_press(self.cancel, post, "search_cancel")
         on_press(self.adopt, post, "adopt")
         on_value(self.overlay, post, "overlay")
-        for handle in (self.first, self.more):
-            on_value(handle, post, "costs")
 
     def _add_settings(self, gui: Any, state: ModelState) -> None:
         usual, told = self._usual, {one.name: one.help for one in options_of(SearchSettings)}
@@ -60,6 +59,16 @@ class SearchTab:
             self.seed = gui.add_number(
                 "Seed", usual.seed, min=0, max=2**31 - 1, step=1, hint=told["seed"]
             )
+
+    @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what a search is told, by name."""
+        return {
+            "search.objective": self.counts,
+            "search.training_samples": self.first,
+            "search.repair_models": self.more,
+            "search.seed": self.seed,
+        }
 
     @property
     def settings(self) -> SearchSettings:
@@ -84,7 +93,8 @@ class SearchTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the button, or the other way round."""
         self.start.disabled = running
-        self.progress.visible = self.rising.visible = self.cancel.visible = running
+        for handle in (self.progress, self.left, self.rising, self.cancel):
+            handle.visible = running
         if running:
             self.progress.value = 0.0
-            self.rising.content = ""
+            self.left.content = self.rising.content = ""

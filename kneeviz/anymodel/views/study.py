@@ -4,6 +4,7 @@ from typing import Any, get_args
 
 from kneecore.numerics.sampling_options import Sampling
 from kneeviz.anymodel.state import ModelState
+from kneeviz.anymodel.views.distributions import Distributions
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import box, faint
 from kneeviz.views.tabs.events import on_press, on_value
@@ -46,6 +47,7 @@ class StudyTab:
         }
         self.cost = gui.add_html("")
         self.progress = gui.add_progress_bar(0.0, visible=False)
+        self.left = gui.add_html("", visible=False)
         self.cancel = gui.add_button("Cancel the study", color="red", visible=False)
         self._add_landscape(gui, state)
         self.band = gui.add_checkbox(
@@ -53,6 +55,7 @@ class StudyTab:
         )
         self.sampled = gui.add_html("")
         self._add_settings(gui)
+        self.drawn = Distributions(gui, state.model)
         self._connect(post)
 
     def _add_landscape(self, gui: Any, state: ModelState) -> None:
@@ -95,8 +98,19 @@ class StudyTab:
         on_value(self.height, post, "column")
         for k, handle in enumerate(self.axes):
             on_value(handle, post, ("axis", k))
-        for handle in (self.of, self.n_samples, self.n_base, self.grid):
-            on_value(handle, post, "costs")
+
+    @property
+    def settings_by_name(self) -> dict[str, Any]:
+        """The widgets of what studies are told, by name."""
+        return {
+            "study.of": self.of,
+            "study.samples": self.n_samples,
+            "study.sampling": self.sampling,
+            "study.base_rows": self.n_base,
+            "study.grid": self.grid,
+            "study.seed": self.seed,
+            **self.drawn.by_name,
+        }
 
     @property
     def in_surrogate(self) -> bool:
@@ -118,6 +132,7 @@ class StudyTab:
     def set_running(self, running: bool) -> None:
         """Show the progress and shut the buttons, or the other way round."""
         show_running(self, running)
+        self.left.visible, self.left.content = running, ""
 
     def show_landscape(self, shown: bool) -> None:
         """Show what belongs to the landscape, or hide it."""

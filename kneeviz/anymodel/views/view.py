@@ -16,8 +16,10 @@ from kneeviz.anymodel.views.study import InfluenceTab, StudyTab, column_labels
 from kneeviz.jobs.messages import Post
 from kneeviz.views import theme
 from kneeviz.views.commands import add_commands
-from kneeviz.views.html.pieces import box, escape, faint, status
+from kneeviz.views.html.pieces import box, escape, faint, status, unseen_title
 from kneeviz.views.scene.landscape import LandscapeScene
+from kneeviz.views.settings import SettingHandles
+from kneeviz.views.tabs.change import add_change
 from kneeviz.views.tabs.events import on_press, on_value
 
 LEFT_WIDTH, RIGHT_WIDTH = 390, 340
@@ -41,7 +43,7 @@ class ModelView:
 
     def __init__(self, target: Any, post: Post, state: ModelState) -> None:
         gui = target.gui
-        self.dark = False
+        self.dark = self.large = False
         self._gui = gui
         self._theme(gui)
         gui.set_panel_label(f"kneeviz: {state.model.name}"[:60])
@@ -50,7 +52,6 @@ class ModelView:
         self.landscape: LandscapeScene | None = None
         self.curves, self.single = places(state.model)
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(RIGHT_WIDTH)
         self._add_left(gui, post, state)
         self._add_right(gui, post, state)
         self.commands = add_commands(gui, post, COMMANDS)
@@ -66,12 +67,13 @@ class ModelView:
     @property
     def colours(self) -> theme.Palette:
         """The theme's colours."""
-        return theme.palette(self.dark)
+        return theme.palette(self.dark, large=self.large)
 
     def _add_left(self, gui: Any, post: Post, state: ModelState) -> None:
-        gui.add_html(theme.VISER_TEXTS)
+        gui.add_html(theme.VISER_TEXTS + unseen_title(escape(state.model.name)))
         self.left = gui.add_panel()
         with self.left.add_tab("Outputs"):
+            self.class_size = gui.add_html("")
             self.legend = gui.add_html("")
             self.charts = Charts(gui, self.colours, self.curves, wide=not self.has_picture)
             if self.charts.choice is not None:
@@ -96,10 +98,18 @@ class ModelView:
 
     def set_wide(self, wide: bool) -> None:
         """Let the charts take the picture's place, or make room for it."""
-        self.left.set_width(WIDE if wide else LEFT_WIDTH)
+        self._wide = wide
+        self._set_widths()
+
+    def _set_widths(self) -> None:
+        wider = theme.CLASS_WIDER if self.large else 1.0
+        left = WIDE if self._wide else round(LEFT_WIDTH * wider)
+        self.left.set_width(left)
+        self._gui.main_panel.set_width(round(RIGHT_WIDTH * wider))
 
     def _add_right(self, gui: Any, post: Post, state: ModelState) -> None:
         self.running = self._add_running(gui, post)
+        self.change = add_change(gui, post, "inputs, settings and result")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Inputs"):
             self.inputs = InputsTab(gui, post, state)
@@ -111,6 +121,8 @@ class ModelView:
             self._add_look(gui, post, state)
         with tabs.add_tab("Files"):
             self.files = FilesTab(gui, post)
+        handles = self.search.settings_by_name | self.study.settings_by_name
+        self.settings = SettingHandles(handles, post)
 
     def _add_running(self, gui: Any, post: Post) -> Running:
         running = Running(
@@ -129,17 +141,31 @@ class ModelView:
 
     def _add_look(self, gui: Any, post: Post, state: ModelState) -> None:
         self.dark_box = gui.add_checkbox("Dark theme", False)
+        self.large_box = gui.add_checkbox(
+            "Class size", False, hint="Larger text, lines and dots, for the last row."
+        )
         self.reset_view = gui.add_button("Reset the view", color="gray")
         model = state.model
         about = f"{escape(model.name)}: {model.n_free} inputs vary, {model.n_outputs} outputs."
         gui.add_html(box(faint(about)))
         on_value(self.dark_box, post, "dark")
+        on_value(self.large_box, post, "large")
         on_press(self.reset_view, post, "reset_view")
 
     def repaint(self, dark: bool) -> None:
         """Change between the light and the dark theme."""
         self.dark = dark
         self._theme(self._gui)
+        self._paint()
+
+    def resize(self, large: bool) -> None:
+        """Show everything large, for a class, or at a desk's size."""
+        self.large = large
+        self.class_size.content = theme.large_text() if large else ""
+        self._set_widths()
+        self._paint()
+
+    def _paint(self) -> None:
         for chart in self.all_charts:
             chart.repaint(self.colours)
         if self.landscape is not None:

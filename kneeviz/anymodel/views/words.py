@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kneecore import Input, MonteCarloResult, SearchResult
+from kneecore import Input, Model, MonteCarloResult, SearchResult
 from kneecore.report.influence import answer
 from kneecore.report.tables import with_unit
 from kneeviz.anymodel.curves import Curves
@@ -13,7 +13,16 @@ from kneeviz.anymodel.state import ModelState
 from kneeviz.geometry.picture import Picture
 from kneeviz.views import theme
 from kneeviz.views.html.influence import bars, caption
-from kneeviz.views.html.pieces import box, coloured, command_line, escape, faint, plain, table
+from kneeviz.views.html.pieces import (
+    box,
+    coloured,
+    command_line,
+    curve_switch,
+    escape,
+    faint,
+    plain,
+    table,
+)
 from kneeviz.views.html.strips import strip
 
 FloatArray = NDArray[np.float64]
@@ -52,6 +61,13 @@ def duration(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
+def time_left(seconds: float | None) -> str:
+    """Return what is left to wait for; nothing where it is unknown or soon over."""
+    if seconds is None or seconds < 2.0:
+        return ""
+    return faint(f"At most {duration(seconds)} left.")
+
+
 def swatch(colour: str, style: str = "solid") -> str:
     """Return a piece of a line."""
     return (
@@ -63,19 +79,20 @@ def swatch(colour: str, style: str = "solid") -> str:
 def legend(state: ModelState, shown: Curves, colours: theme.Palette) -> str:
     """Return the charts' key: what is drawn now."""
     here = "" if state.is_here else ", for other inputs"
+    own = "model" if state.is_here else "model (last run)"
     items = [
-        (shown.own, colours.current, "solid", "model" + ("" if state.is_here else " (last run)")),
-        (shown.last, colours.current, "dotted", f"last run{here}"),
-        (shown.predicted, colours.surrogate, "dashed", "surrogate"),
-        (shown.nominal, colours.baseline, "solid", "nominal"),
-        (shown.one, colours.model_1, "solid", "model 1"),
-        (shown.two, colours.model_2, "solid", "model 2"),
-        (shown.low, colours.band_edge, "solid", "99.7 % band"),
+        ("current", shown.own, colours.current, "solid", own),
+        ("current", shown.last, colours.current, "dotted", f"last run{here}"),
+        ("surrogate", shown.predicted, colours.surrogate, "dashed", "surrogate"),
+        ("baseline", shown.nominal, colours.baseline, "solid", "nominal"),
+        ("model_1", shown.one, colours.model_1, "solid", "model 1"),
+        ("model_2", shown.two, colours.model_2, "solid", "model 2"),
+        ("band", shown.low, colours.band_edge, "solid", "99.7 % band"),
     ]
     return box(
         "".join(
-            f'<span style="white-space:nowrap;margin-right:12px">{swatch(hue, style)}{text}</span>'
-            for values, hue, style, text in items
+            curve_switch(key, swatch(hue, style) + text)
+            for key, values, hue, style, text in items
             if values is not None
         ),
         style="font-size:11.5px",
@@ -143,6 +160,14 @@ def held(inputs: Sequence[Input]) -> str:
     return box(faint("Held: " + ", ".join(names) + (f" and {more} more" if more > 0 else "") + "."))
 
 
+def drawn(model: Model) -> str:
+    """Return how samples of the inputs are drawn, where it is not uniformly and independently."""
+    if not model.drawn_as:
+        return ""
+    told = f"Band and influence draw the inputs by their distributions: {escape(model.drawn_as)}."
+    return box(faint(f"{told} The search takes the bounds."))
+
+
 def cost(state: ModelState, n_runs: Mapping[str, int]) -> str:
     """Return what so many runs of a slow model take, by what they are for."""
     seconds = state.seconds
@@ -160,6 +185,8 @@ def found(result: SearchResult, *, same_bounds: bool) -> str:
     if result.verdict is not None:
         word = coloured(result.verdict.word, _HUES[result.verdict.word])
         lines.append(" ".join([f"Verdict: {word}.", *map(escape, result.verdict.reasons)]))
+        if result.verdict.outlook:
+            lines.append(faint(escape(result.verdict.outlook)))
     if result.repair is not None:
         n = result.counts.get("models_simulated", 0)
         failed = result.counts.get("models_failed", 0)
@@ -227,9 +254,13 @@ def sampled(study: MonteCarloResult) -> str:
     note = (
         f"{stopped}{study.n_samples:,} runs of the {escape(study.model.name)}, "
         f"{study.settings.sampling}, seed {study.settings.seed}: "
-        f"<b>{study.n_failed:,} failed</b>."
+        f"<b>{study.n_failed:,} failed</b>.{_drawn_as(study.model)}"
     )
     return box(f"{plain(study.summary())}<br>{faint(note)}")
+
+
+def _drawn_as(model: Model) -> str:
+    return f" Inputs: {escape(model.drawn_as)}." if model.drawn_as else ""
 
 
 def comparison(state: ModelState, colours: theme.Palette) -> str:
@@ -276,7 +307,8 @@ def influence(state: ModelState, colours: theme.Palette) -> str:
         quantity=title,
         most=_MOST_BARS,
     )
-    foot = faint(f"{caption(found, bars=True)} Of the {escape(found.model.name)}.")
+    of = f"Of the {escape(found.model.name)}.{_drawn_as(found.model)}"
+    foot = faint(f"{caption(found, bars=True)} {of}")
     return box(head) + box(drawn + foot, style="padding-top:0")
 
 
@@ -291,7 +323,8 @@ def landscape_key(state: ModelState, shown: Picture, colours: theme.Palette) -> 
     assert found is not None
     lines = []
     if not state.in_surrogate:
-        failed = f", {found.n_failed:,} failed (holes)" if found.n_failed else ""
+        n_failed = int(np.count_nonzero(~np.isfinite(found.y[..., state.column])))
+        failed = f", {n_failed:,} failed (holes)" if n_failed else ""
         lines.append(f"{swatch(colours.current)}model: {found.n_models:,} runs{failed}")
     if shown.surrogate is not None:
         lines.append(f"{swatch(colours.surrogate)}surrogate")

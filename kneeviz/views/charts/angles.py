@@ -11,7 +11,7 @@ from kneeviz.geometry.sweep import Sweep
 from kneeviz.state.shown import KNEES, Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts import series
-from kneeviz.views.charts.styles import axis_style, dots, knee_lines, line_style
+from kneeviz.views.charts.styles import axis_style, axis_told, dots, knee_lines, line_style
 
 FloatArray = NDArray[np.float64]
 
@@ -28,12 +28,13 @@ class AngleChart:
         colours: theme.Palette,
         *,
         label: str,
+        unit: str,
         height: int,
         limits: tuple[float, float],
         step: float,
         with_angle_label: bool = True,
     ) -> None:
-        self._label, self._limits, self._step = label, limits, step
+        self._label, self._unit, self._limits, self._step = label, unit, limits, step
         self._colours, self._with_angle_label = colours, with_angle_label
         self._angles = series.ANGLE_RANGE
         axis = np.linspace(*series.ANGLE_RANGE, _CORNERS)
@@ -52,7 +53,14 @@ class AngleChart:
     def _series(self) -> list[dict[str, Any]]:
         c = self._colours
         clear = "rgba(0,0,0,0)"
-        return [{}, line_style(clear, 0.0), line_style(clear, 0.0), *knee_lines(c), *dots(c)]
+        digits = 0 if self._unit == "N" else 1
+        return [
+            axis_told("Knee angle", "°"),
+            line_style(clear, 0.0),
+            line_style(clear, 0.0),
+            *knee_lines(c, self._unit, digits),
+            *dots(c),
+        ]
 
     def _scales(self) -> dict[str, Any]:
         return {
@@ -66,7 +74,9 @@ class AngleChart:
         bottom = axis_style(below, side=2, scale="x", size=24, colours=c)
         if not below:
             bottom["labelSize"] = 0
-        return bottom, axis_style(self._label, side=3, scale="y", size=36, colours=c)
+        return bottom, axis_style(
+            f"{self._label} ({self._unit})", side=3, scale="y", size=36, colours=c
+        )
 
     def repaint(self, colours: theme.Palette) -> None:
         """Take the colours of a theme."""
@@ -121,7 +131,8 @@ class ForceCharts:
             AngleChart(
                 gui,
                 colours,
-                label=f"{label} (N)",
+                label=label,
+                unit="N",
                 height=height,
                 limits=(0.0, 300.0),
                 step=100.0,
@@ -153,7 +164,8 @@ class ApChart(AngleChart):
         super().__init__(
             gui,
             colours,
-            label="Contact, anterior + (mm)",
+            label="Contact, anterior +",
+            unit="mm",
             height=height,
             limits=(-30.0, 10.0),
             step=5.0,

@@ -6,10 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kneeviz.geometry.sweep import Sweep
+from kneeviz.state.ghosts import MOST
 from kneeviz.state.shown import Markers, Shown
 from kneeviz.views import theme
 from kneeviz.views.charts import series
-from kneeviz.views.charts.styles import axis_style, dots, knee_lines, line_style
+from kneeviz.views.charts.styles import (
+    axis_style,
+    axis_told,
+    dots,
+    knee_lines,
+    line_style,
+    switched,
+    told,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -37,17 +46,21 @@ class CurveChart:
 
     def _series(self) -> list[dict[str, Any]]:
         c = self._colours
-        baseline, current, one, two = knee_lines(c)
+        baseline, current, one, two = knee_lines(c, "°")
+        ghost = line_style(c.ghost, 1.5 * c.size, dash=(2, 4))
+        edge = line_style(c.band_edge, 1.0)
+        surrogate = line_style(c.surrogate, 2.0 * c.size, dash=(7, 5))
         return [
-            {},
+            axis_told("External moment", "N·m", digits=2),
             line_style("rgba(0,0,0,0)", 0.0),
             line_style(c.zero, 1.0, dash=(4, 4)),
-            line_style(c.band_edge, 1.0),
-            line_style(c.band_edge, 1.0),
-            *(line_style(c.training, 1.0) for _ in range(self._n_training)),
+            told(edge, "band", "band from", "°"),
+            told(edge, "band", "band to", "°"),
+            *(switched(line_style(c.training, 1.0), "training") for _ in range(self._n_training)),
+            *(told(ghost, "ghosts", f"earlier knee {i}", "°") for i in range(1, MOST + 1)),
             baseline,
             current,
-            line_style(c.surrogate, 2.0 * c.size, dash=(7, 5)),
+            told(surrogate, "surrogate", "surrogate", "°"),
             one,
             two,
             *dots(c),
@@ -118,6 +131,8 @@ class CurveChart:
         if shown.band is not None:
             edges = (shown.band.lower_deg, shown.band.upper_deg)
             band = [curve(np.radians(edge)) for edge in edges]
+        missing = [None] * (MOST - len(shown.ghosts))
+        ghosts = [knee_curve(sweep) for sweep in (*shown.ghosts, *missing)]
         baseline, current, one, two = (knee_curve(sweep) for sweep in shown.sweeps)
         lines = [baseline, current, curve(shown.predicted), one, two]
         dots = [
@@ -126,4 +141,4 @@ class CurveChart:
             else series.mark(axis, pose.moment, float(np.degrees(pose.flexion)))
             for pose in markers.poses
         ]
-        return axis, [*band, *training], [*lines, *dots]
+        return axis, [*band, *training, *ghosts], [*lines, *dots]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kneecore import MOMENT, InfluenceResult, WorstCaseSlopes
 from kneecore.knee.parameters import STRUCTURE
+from kneecore.report.influence import gaps
 from kneeviz.views import theme
 from kneeviz.views.html import marks, pieces
 from kneeviz.views.html.labels import parameter_label
@@ -55,7 +56,8 @@ def bars(
     """
     total, first = found.indices.total_order[load], found.indices.first_order[load]
     if not np.isfinite(total).all():
-        return pieces.box(f"{quantity[:1].upper()}{quantity[1:]} does not vary here.")
+        why = "failed too often" if found.indices.unknown[load] else "does not vary here"
+        return pieces.box(f"{quantity[:1].upper()}{quantity[1:]} {why}.")
     interval = found.indices.total_order_interval
     whisker = None if interval is None else interval[:, load]
     end = _scale_end(total if whisker is None else np.maximum(total, whisker[1]))
@@ -204,7 +206,9 @@ def caption(found: InfluenceResult, *, bars: bool) -> str:
         else "Total indices in %; the frame is the chosen load."
     )
     marked = f": {told}" if (told := marks.counted(found.counts)) else ""
-    return f"{what} {used.n_evaluations:,} models, seed {found.settings.seed}{failed}{marked}."
+    gappy = "".join(f" {pieces.escape(line)}" for line in gaps(found))
+    told = f"{used.n_evaluations:,} models, seed {found.settings.seed}{failed}{marked}."
+    return f"{what} {told}{gappy}"
 
 
 def slopes(found: WorstCaseSlopes, load: int, colours: theme.Palette) -> str:

@@ -87,6 +87,16 @@ def _steps(trace: MethodTrace, axes: _Axes, hue: str) -> str:
     return (
         f'<path d="{path}" fill="none" stroke="{hue}" stroke-width="2"/>'
         f'<circle cx="{x[-1]:.1f}" cy="{y[-1]:.1f}" r="4" fill="{hue}"/>'
+        + "".join(_pointed(trace, k, x[k], y[k]) for k in range(len(x)))
+    )
+
+
+def _pointed(trace: MethodTrace, k: int, x: float, y: float) -> str:
+    """Return what a pointer is told at one better pair; nothing is seen of it."""
+    value = pieces.number(float(trace.objective[k]), 1, "°")
+    words = f"{_NAMES[trace.method]}: f {value} after {round(float(trace.n_models[k])):,} models"
+    return (
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill-opacity="0"><title>{words}</title></circle>'
     )
 
 

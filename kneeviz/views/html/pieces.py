@@ -19,6 +19,17 @@ def box(content: str, *, style: str = "") -> str:
     return f'<div style="{_BOX};{style}">{content}</div>'
 
 
+def heading(text: str) -> str:
+    """Return the heading of a part of a panel."""
+    return f'<h2 style="font-size:1.1em;margin:2px 0">{text}</h2>'
+
+
+def unseen_title(text: str) -> str:
+    """Return the page's title for who hears it; those who see it have the picture."""
+    style = "position:absolute;width:1px;height:1px;margin:0;overflow:hidden;clip-path:inset(50%)"
+    return f'<h1 style="{style}">{text}</h1>'
+
+
 def faint(text: str) -> str:
     """Return text in the quieter tone."""
     return f'<span style="opacity:.68">{text}</span>'
@@ -88,6 +99,19 @@ def _side(column: int) -> str:
 def coloured(text: str, hue: str) -> str:
     """Return text in a hue, as dark or as light as it must be to be read."""
     return f'<span style="color:{theme.ink(hue)};font-weight:600">{text}</span>'
+
+
+def curve_switch(key: str, content: str, hint: str = "") -> str:
+    """Return a legend's entry, which switches the curves of that key (`kneeviz/charts.js`)."""
+    style = (
+        "all:unset;box-sizing:border-box;cursor:pointer;white-space:nowrap;margin-right:12px;"
+        "outline:revert"
+    )
+    title = escape(f"{hint} Show or hide it.".strip())
+    return (
+        f'<button type="button" data-curve="{key}" aria-pressed="true" title="{title}" '
+        f'style="{style}">{content}</button>'
+    )
 
 
 def command_line(command: str) -> str:

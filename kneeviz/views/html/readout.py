@@ -5,7 +5,7 @@ import numpy as np
 from kneeviz.geometry.mechanism import TAUT_TENSION, Pose
 from kneeviz.views import theme
 from kneeviz.views.html.labels import moment_words
-from kneeviz.views.html.pieces import box, escape, faint, number
+from kneeviz.views.html.pieces import box, curve_switch, faint, number
 
 
 def angle_words(flexion_deg: float) -> str:
@@ -44,8 +44,7 @@ def _tension_bar(index: int, tension: float, colours: theme.Palette) -> str:
     )
 
 
-def _swatch(colour: str, *, dashed: bool = False) -> str:
-    style = "dashed" if dashed else "solid"
+def _swatch(colour: str, style: str) -> str:
     return (
         f'<span style="display:inline-block;width:20px;border-top:3px {style} {colour};'
         f'vertical-align:middle;margin-right:5px"></span>'
@@ -59,28 +58,37 @@ def _patch(fill: str, edge: str) -> str:
     )
 
 
-def legend(colours: theme.Palette, *, overlays: bool, curve: bool, band: str | None = None) -> str:
+def legend(
+    colours: theme.Palette,
+    *,
+    overlays: bool,
+    curve: bool,
+    band: str | None = None,
+    ghosts: bool = False,
+) -> str:
     """Return the charts' key.
 
     `curve` adds what only the moment-angle chart shows, `band` what its band was sampled from.
     """
-    items = [(colours.current, False, "your knee, true model")]
+    items = [("current", colours.current, "solid", "your knee, true model")]
     if curve:
-        items.append((colours.surrogate, True, "its surrogate"))
-    items.append((colours.baseline, False, "baseline"))
+        items.append(("surrogate", colours.surrogate, "dashed", "its surrogate"))
+    items.append(("baseline", colours.baseline, "solid", "baseline"))
     if curve:
-        items.append((colours.training, False, "training knees"))
+        items.append(("training", colours.training, "solid", "training knees"))
     if overlays:
-        items += [(colours.model_1, False, "model 1"), (colours.model_2, False, "model 2")]
+        items += [
+            ("model_1", colours.model_1, "solid", "model 1"),
+            ("model_2", colours.model_2, "solid", "model 2"),
+        ]
+    if ghosts:
+        items.append(("ghosts", colours.ghost, "dotted", "earlier knees"))
     shown = "".join(
-        f'<span style="white-space:nowrap;margin-right:12px">{_swatch(c, dashed=d)}{text}</span>'
-        for c, d, text in items
+        curve_switch(key, _swatch(colour, style) + text) for key, colour, style, text in items
     )
     if band is not None:
-        shown += (
-            f'<span style="white-space:nowrap" title="{escape(band)}">'
-            f"{_patch(colours.band, colours.band_edge)}99.7 % band</span>"
-        )
+        patch = _patch(colours.band, colours.band_edge)
+        shown += curve_switch("band", f"{patch}99.7 % band", hint=f"{band}.")
     return box(shown, style="font-size:11.5px")
 
 

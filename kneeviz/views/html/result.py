@@ -73,6 +73,30 @@ def _warning(gap_percent: float | None) -> str:
     )
 
 
+def reconciled(at_rest: float, in_motion: float, same_pair: float | None) -> str:
+    """Return why a search at rest and one in motion of the same bounds differ, in a line.
+
+    Parameters
+    ----------
+    at_rest, in_motion : float
+        f that each has found, deg.
+    same_pair : float or None
+        f of the pair found in motion, were both knees at rest.
+    """
+    words = (
+        f"Two answers: at rest {number(at_rest, 1, '°')}, "
+        f"in motion, when the paper\u2019s 23 s are over, {number(in_motion, 1, '°')}."
+    )
+    if same_pair is not None:
+        words += (
+            f" The pair found in motion would be {number(same_pair, 1, '°')} apart at rest: of the "
+            f"difference of {number(at_rest - in_motion, 1, '°')}, "
+            f"{number(same_pair - in_motion, 1, '°')} are motion that has not ended, "
+            f"{number(at_rest - same_pair, 1, '°')} another pair."
+        )
+    return f"<br>{faint(words)}"
+
+
 def evidence_line(result: SearchResult) -> str:
     """Return what an exact search says about how good its f is; nothing for another."""
     evidence = result.evidence

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from kneecore import MOMENT, MonteCarloResult
+from kneeviz.jobs.paper_files import ClaimRow
 from kneeviz.state import results
 from kneeviz.views.html import marks
 from kneeviz.views.html.pieces import box, faint, number, plain, table
@@ -29,16 +30,33 @@ def sampling(found: MonteCarloResult) -> str:
     return box(table(head, rows) + faint(note))
 
 
-def judged(words: str, claims: Sequence[tuple[str, str, str, str]]) -> str:
-    """Return what became of the paper's claims: in a line, and one by one.
-
-    A claim is its statement, the paper's figure, ours, and the outcome.
-    """
-    rows = "".join(
-        f'<div style="margin-top:6px"><b>{plain(outcome)}:</b> {plain(statement)}<br>'
-        f"{faint(f'The paper: {plain(paper)}. Here: {plain(ours)}.')}</div>"
-        for statement, paper, ours, outcome in claims
+def judged(words: str, claims: Sequence[ClaimRow]) -> str:
+    """Return what became of the paper's claims: in a line, and as a table."""
+    told = plain(words)
+    rows = "".join(_claim(claim) for claim in claims)
+    heads = "".join(
+        f'<th scope="col" style="text-align:left;padding:1px 4px">{head}</th>'
+        for head in ("Where", "The paper", "Here", "Verdict")
     )
+    table = (
+        '<table style="width:100%;border-collapse:collapse;font-size:12px">'
+        f"<thead><tr>{heads}</tr></thead>{rows}</table>"
+    )
+    note = faint("Fitted, or related to what was: agreeing tells nothing.")
     return box(
-        f"The paper: {plain(words)}<details><summary>Claim by claim</summary>{rows}</details>"
+        f"The paper: {told}<details><summary>Claim by claim</summary>{table}{note}</details>"
+    )
+
+
+def _claim(claim: ClaimRow) -> str:
+    """Return a claim in two rows: what it states, then where, both figures and the verdict."""
+    verdict = (
+        f"<b>{plain(claim.outcome)}</b>{'' if claim.fit == 'not fitted' else f', {claim.fit}'}"
+    )
+    cells = (plain(claim.place), plain(claim.paper), plain(claim.ours), verdict)
+    line = "border-top:1px solid rgba(128,128,128,.35)"
+    figures = "".join(f'<td style="padding:0 4px 4px;vertical-align:top">{c}</td>' for c in cells)
+    return (
+        f'<tbody><tr><th scope="rowgroup" colspan="4" style="text-align:left;font-weight:400;'
+        f'padding:4px 4px 0;{line}">{plain(claim.statement)}</th></tr><tr>{figures}</tr></tbody>'
     )

@@ -99,6 +99,12 @@ class Body:
             for label in theme.LIGAMENT_LABELS
         ]
 
+    def show_labels(self, shown: bool) -> None:
+        """Show or hide the ligaments' names."""
+        for handle in (*self._labels, *self._leaders):
+            if handle.visible != shown:
+                handle.visible = shown
+
     def set_visible(self, visible: bool) -> None:
         """Show or hide everything of this knee."""
         if visible == self.visible:

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from kneeviz.geometry.bones import bones
 from kneeviz.geometry.mechanism import Pose, contact_arrow, contact_point
 from kneeviz.views import theme
+from kneeviz.views.scene.beside import Beside
 from kneeviz.views.scene.body import Body
+from kneeviz.views.scene.ghosts import Ghosts
 from kneeviz.views.scene.nodes import (
     FLAT,
     LAYER,
@@ -70,6 +72,8 @@ class KneeScene:
         )
         for overlay in self.overlays:
             overlay.set_visible(False)
+        self._beside = Beside(scene, self._roots)
+        self.ghosts = Ghosts(scene)
         self._spot = add_line(scene, "/knee/contact", np.zeros((1, 2, 2)), 0.0, _SPOT_WIDTH)
         self._arrow = add_line(scene, "/knee/force", np.zeros((3, 2, 2)), 0.0, _ARROW_WIDTH)
         self.repaint()
@@ -95,6 +99,8 @@ class KneeScene:
         self._arrow.colors = theme.handle_colour(colours.arrow)
         self._spot.thickness = _SPOT_WIDTH * colours.size
         self._arrow.thickness = _ARROW_WIDTH * colours.size
+        self.ghosts.paint(colours)
+        self._beside.paint(colours, self.spatial)
         self.own.paint(colours, self.spatial)
         for overlay in self.overlays:
             overlay.paint(colours, self.spatial, overlay_share)
@@ -104,7 +110,13 @@ class KneeScene:
         self.hidden = hidden
         for root in self._roots:
             root.visible = not hidden
+        self.ghosts.draw(())
         self.repaint()
+
+    def stand(self, apart: float) -> None:
+        """Put both worst cases so far to the sides of the visitor's knee, m; 0 is over it."""
+        self._beside.stand(apart)
+        self.own.show_labels(apart == 0.0)  # on three small knees they would cover one
 
     def fade_overlays(self, share: float) -> None:
         """Set how far the overlays have faded in."""

@@ -63,6 +63,6 @@ def add_mesh(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.
     )
 
 
-def add_rim(scene: viser.SceneApi, name: str, bone: Bone, layer: int) -> viser.LineSegmentsHandle:
+def add_rim(scene: viser.SceneApi, name: str, bone: Bone, layer: float) -> viser.LineSegmentsHandle:
     """Add a bone's outline, which the flat view shows."""
     return add_line(scene, name, _chain(bone.outline), layer * LAYER, RIM_WIDTH)

@@ -1,122 +1,19 @@
-"""The guided lesson and the page about the app: texts, and what each step does to the page.
+"""The tab "Learn": the guided lesson's widgets, and the text about the app."""
 
-What a step asks for is named here and done by `kneeviz.actions.lesson`.
-"""
-
-from dataclasses import dataclass
 from typing import Any
 
+import viser
+
 from kneeviz.jobs.messages import Post
+from kneeviz.state.lesson import Answers
+from kneeviz.state.lesson_steps import NUMBER, REVEAL, START, STEPS, Step
+from kneeviz.views.html.lesson import invitation, step_page, verdict
 from kneeviz.views.html.pieces import box
-from kneeviz.views.tabs.events import on_press
+from kneeviz.views.tabs.events import on_press, on_value
 
-Instructions = tuple[tuple[Any, ...], ...]
-"""What to do, in order: each a name and what it needs."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Step:
-    """One page of the lesson."""
-
-    title: str
-    text: str
-    question: str
-    button: str
-    """Label of the one thing to press."""
-    on_open: Instructions
-    """Done when the step opens."""
-    on_press: Instructions
-    """Done when its button is pressed."""
-
-
-_CALM: Instructions = (
-    ("clean",),
-    ("landscape", False),
-    ("mode", "sweep"),
-    ("forces", False),
-)
-
-STEPS = (
-    Step(
-        title="A knee at rest",
-        text="Thigh bone above, shin bone below, four ligaments between them. Nothing pulls on "
-        "this knee: it hangs slightly bent, and all four ligaments are slack.",
-        question="Which ligament will become tight first when the knee straightens?",
-        button="Straighten it a little",
-        on_open=(*_CALM, ("moment", 0.0)),
-        on_press=(("glide", 0.8),),
-    ),
-    Step(
-        title="Bend and stretch",
-        text="A moment turns the shin: up to 5 N·m to straighten it, then 5 N·m to bend it. The "
-        "curve on the left shows the angle at which the knee comes to rest under each moment; the "
-        "dot is the knee that you see.",
-        question="Where is the knee soft, and where does it become stiff?",
-        button="Play the motion",
-        on_open=(*_CALM, ("moment", 5.0)),
-        on_press=(("play", True),),
-    ),
-    Step(
-        title="Who carries the load?",
-        text="Colour and width show tension. Straight, the cruciates (ACL, PCL) and the outer band "
-        "(LCL) hold the knee. See the numbers beside their names, and the tab “Forces”.",
-        question="Which two ligaments hold the knee when it is fully bent?",
-        button="Bend it fully",
-        on_open=(*_CALM, ("forces", True), ("moment", 5.0)),
-        on_press=(("glide", -5.0),),
-    ),
-    Step(
-        title="One millimetre",
-        text="Nobody knows exactly where a ligament is attached: measurements differ by several "
-        "millimetres. Let us move one attachment of the ACL by its bound, one millimetre.",
-        question="How many degrees of extension does this one change cost or win?",
-        button="Move the ACL",
-        on_open=(*_CALM, ("moment", 5.0)),
-        on_press=(("preset", "ACL 1 bound further forward"),),
-    ),
-    Step(
-        title="Why not try them all?",
-        text="This knee has 28 dials: attachments, shapes, stiffnesses. Trying only the two ends "
-        "of each means 2²⁸ knees, more than 260 million, and the worst need not be among them "
-        "for sure.",
-        question="Press several times: how different do random knees become?",
-        button="Another random knee",
-        on_open=(*_CALM, ("moment", 5.0)),
-        on_press=(("preset", "Random, within bounds"),),
-    ),
-    Step(
-        title="A cheap stand-in",
-        text="Simulate 50 random knees (the faint curves), and fit a smooth function through "
-        "them: the surrogate, drawn dashed. It answers at once, and it is wrong by an amount "
-        "that stands below the curve. The landscape shows both over two of the dials: the true "
-        "model grey, the stand-in purple. Turn it with the mouse.",
-        question="Where do the two sheets part, and do they so at every random knee?",
-        button="Landscape of a random knee",
-        on_open=(*_CALM, ("moment", 2.0)),
-        on_press=(("preset", "Random, within bounds"), ("landscape", True)),
-    ),
-    Step(
-        title="Evolution finds the extremes",
-        text="Pairs of knees compete: the more differently the two move, the more offspring they "
-        "have. After 800 generations two knees are left. The true model then checks what the "
-        "stand-in promised.",
-        question="Which of the two cannot straighten, and which bends backwards?",
-        button="Run the search",
-        on_open=(*_CALM, ("moment", 5.0)),
-        on_press=(("search",),),
-    ),
-    Step(
-        title="What it means",
-        text="Every point of the two knees lies within the same small bounds, and yet one "
-        "over-extends and the other stays bent. A plan that rests on one set of numbers, for a "
-        "graft or an implant, should ask what the worst case within its own uncertainty would do. "
-        "Mind that this knee is a planar reconstruction, no patient.",
-        question="At which moment do the two part?",
-        button="Play both",
-        on_open=(("landscape", False), ("mode", "sweep"), ("pair",), ("moment", 0.0)),
-        on_press=(("play", True),),
-    ),
-)
+_MOST_CHOICES = max(len(step.choices) for step in STEPS)
+_LARGEST = 360.0
+"""What may be answered, up and down."""
 
 ABOUT = """
 <b>What you see.</b> A planar model of a human knee from the side: the thigh bone is fixed, the shin
@@ -137,33 +34,54 @@ interpolated. This is no medical device.
 
 
 class LearnTab:
-    """The lesson's page with its three buttons, and the text about the app."""
+    """The lesson's page, what takes an answer, its buttons, and the text about the app."""
 
     def __init__(self, gui: Any, post: Post) -> None:
         self.page = gui.add_html("")
+        self.choices = [gui.add_button("", visible=False) for _ in range(_MOST_CHOICES)]
+        self.number = gui.add_number("", 0.0, min=-_LARGEST, max=_LARGEST, step=0.1, visible=False)
         self.press = gui.add_button("")
+        self.verdict = gui.add_html("")
         self.turn = gui.add_button_group("Lesson", ("Back", "Next"))
+        self.sheet = gui.add_button(
+            "Sheet to print (lesson.html)",
+            color="gray",
+            hint="The lesson's questions with room for answers, and the answers on a page of "
+            "their own.",
+        )
         with gui.add_folder("About this app", expand_by_default=False):
             gui.add_html(box(ABOUT))
+        for place, choice in enumerate(self.choices):
+            on_press(choice, post, ("lesson_choice", place))
+        on_value(self.number, post, "lesson_number")
         on_press(self.press, post, "lesson_press")
         on_press(self.turn, post, "lesson_turn")
-        self.show(None)
+        on_press(self.sheet, post, "lesson_sheet")
+        self.show(None, Answers())
 
-    def show(self, number: int | None) -> None:
-        """Show a step, or the invitation before the first."""
-        if number is None:
-            self.page.content = box(
-                f"<b>A lesson in {len(STEPS)} steps</b><br>Why one millimetre matters, from a "
-                "knee at rest to the two most different knees. Each step sets the stage, asks a "
-                "question and has one button. Everybody who looks at this knee sees the "
-                "same. Your own knee is put aside and comes back at the end."
-            )
-            self.press.label = "Start the lesson"
+    def show(self, at: int | None, answers: Answers) -> None:
+        """Show a step as far as it has come, or the invitation before the first."""
+        if at is None:
+            self.page.content, self.verdict.content = invitation(answers), ""
+            self.press.label = START
+            self._show_answer(None, None)
             return
-        step = STEPS[number]
-        self.page.content = box(
-            f'<div style="opacity:.65">Step {number + 1} of {len(STEPS)}</div>'
-            f'<b style="font-size:15px">{step.title}</b>'
-            f'<div style="margin:4px 0">{step.text}</div><i>{step.question}</i>'
-        )
-        self.press.label = step.button
+        step = STEPS[at]
+        self.page.content, self.verdict.content = step_page(at, answers), verdict(at, answers)
+        self.press.label = step.button if answers.revealed else REVEAL
+        asked = not answers.revealed and not answers.waiting
+        self._show_answer(step if asked else None, answers.given.get(at))
+
+    def _show_answer(self, step: Step | None, given: float | None) -> None:
+        """Show what takes the answer to a step, and what was answered; nothing without a step."""
+        choices = () if step is None else step.choices
+        for place, button in enumerate(self.choices):
+            button.visible = place < len(choices)
+            if button.visible:
+                button.label = choices[place]
+                button.color = None if given == place else "gray"
+                button.icon = viser.Icon.CHECK if given == place else None
+        self.number.visible = step is not None and not choices
+        if step is not None and not choices:
+            self.number.label = NUMBER.format(unit=step.unit)
+            self.number.value = 0.0 if given is None else given

@@ -78,6 +78,12 @@ class SearchTab:
     def _add_found(self, gui: Any) -> None:
         self.found = gui.add_html("")
         self.overlay = gui.add_checkbox("Show both", True, visible=False)
+        self.beside = gui.add_checkbox(
+            "Side by side",
+            False,
+            visible=False,
+            hint="Model 1 to the left of your knee and model 2 to its right, instead of over it.",
+        )
         self.adopt = gui.add_button_group("Make mine", ("Model 1", "Model 2"), visible=False)
         self.table = gui.add_html("")
 
@@ -125,6 +131,12 @@ class SearchTab:
             on_press(handle, post, key)
         on_value(self.live, post, "live")
         on_value(self.overlay, post, "overlay")
+        on_value(self.beside, post, "beside")
+
+    def offer_pair(self, there: bool) -> None:
+        """Offer what can be done with a result's two knees, if there is one."""
+        for handle in (self.overlay, self.beside, self.adopt):
+            handle.visible = there
 
     def show_method(self) -> None:
         """Shut what the chosen method has none of."""

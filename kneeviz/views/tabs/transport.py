@@ -7,10 +7,10 @@ import viser
 
 from kneeviz.jobs.messages import Post
 from kneeviz.views.html.pieces import status
+from kneeviz.views.tabs.change import add_change
 from kneeviz.views.tabs.events import on_press, on_value
 
 PLAY, PAUSE = "Play", "Pause"
-UNDO, REDO, START_OVER = "Undo", "Redo", "Start over"
 
 
 @dataclass(kw_only=True)
@@ -47,17 +47,11 @@ def add_transport(gui: Any, post: Post) -> Transport:
         "In time: 0 to 23 s.",
     )
     view = gui.add_button_group("View", ("2D", "3D", "Reset"))
-    change = gui.add_button_group(
-        "Change",
-        (UNDO, REDO, START_OVER),
-        hint="Every change of knee, bounds, settings and result: one step back, one step on "
-        "(Ctrl+Z, Ctrl+Shift+Z), or all as at first.",
-    )
+    change = add_change(gui, post, "knee, bounds, settings and result")
     line = gui.add_html(status("Preparing the model …", kind="busy"))
     on_press(play, post, "play")
     on_value(position, post, "position")
     on_press(view, post, "view")
-    on_press(change, post, "change")
     return Transport(
         readout=readout, status=line, play=play, position=position, view=view, change=change
     )
