@@ -4,12 +4,14 @@ For one pattern s of signs the pair falls apart into two halves that know nothin
 point with the largest s.y and that with the smallest. So one number is fitted, s.y, by a Gaussian
 process, and each half asks where its mean, or its mean and some standard deviations more, is the
 largest (the upper confidence bound; N. Srinivas et al. 2012, IEEE Trans. Inf. Theory 58:3250), and
-tries the best run with one input at its other bound, for a process knows little of far corners. The
-signs are those of the best pair so far; of several outputs all are fitted too, by a spline, so that
-a pair with other signs is found.
+tries the best run with one input, two or all at their other bounds, for a process knows little of
+far corners. The signs are those of the best pair so far; of several outputs all are fitted too, by
+a spline, so that a pair with other signs is found.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,7 @@ _N_LOOKS = 400  # points that are looked at before the climbs
 _NEAR = 0.25  # share of them near the best
 _WIDTH = 0.1  # of the cube: how near
 _N_CLIMBS = 10
+_N_PAIRED = 30  # inputs of which two go to their other bounds together
 _DEVIATIONS = (2.0, 1.0, 3.0, 0.5)  # above the mean, in turn
 
 
@@ -43,11 +46,11 @@ class Half:
     error: float = 0.0
     """How far its latest runs were from what was predicted, a running mean."""
     n_trials: int = 0
-    thrown: set[int] = field(default_factory=set)
-    """Inputs that were tried at their other bound: each of them once."""
+    thrown: set[tuple[int, ...]] = field(default_factory=set)
+    """Inputs that were tried at their other bounds together, none twice; as many as inputs."""
 
     def deviations(self) -> float | None:
-        """Return how many deviations above the mean to look for next; None: throw an input."""
+        """Return how many deviations above the mean to look for next; None: throw inputs."""
         turn, throws = divmod(self.n_trials, 2)
         self.n_trials += 1
         if throws and len(self.thrown) < self.n_inputs:
@@ -94,7 +97,8 @@ def highest(
     def level(u: FloatArray) -> FloatArray:
         return slopes(u, u)[2]
 
-    looks = np.vstack([best, _flipped(best), _looks(best, rng)])
+    singles = [(k,) for k in range(len(best))]
+    looks = np.vstack([best, _flipped(best, singles), _looks(best, rng)])
     values = slopes(looks, looks)[0]
     starts = looks[np.append(0, np.argsort(-values, kind="stable")[:_N_CLIMBS])]
     ends = climb(slopes, starts, np.ones((len(starts), 1)))
@@ -108,20 +112,33 @@ def highest(
 
 
 def thrown(process: Kriging, half: Half, best: FloatArray, box: Box) -> FloatArray:
-    """Return the best run (d,) with the most hopeful input at its other bound, none twice."""
-    u = box.snapped(_flipped(best))
+    """Return the best run (d,) with the most hopeful inputs at their other bounds, none twice.
+
+    They are one input, two, or all: an input may gain only together with another.
+    """
+    groups = _groups(process.lengths)
+    u = box.snapped(_flipped(best, groups))
     mean, sd = process(u)[:2]
     hope = half.sign * mean + max(_DEVIATIONS) * sd
-    hope[list(half.thrown)] = -np.inf
+    hope[[group in half.thrown for group in groups]] = -np.inf
     place = int(np.argmax(hope))
-    half.thrown.add(place)
+    half.thrown.add(groups[place])
     chosen: FloatArray = u[place]
     return chosen
 
 
-def _flipped(best: FloatArray) -> FloatArray:
-    u = np.repeat(best[None], len(best), axis=0)
-    np.fill_diagonal(u, 1.0 - np.round(best))
+def _groups(lengths: FloatArray) -> list[tuple[int, ...]]:
+    """Return each input, each two of those that count most, and all inputs."""
+    d = len(lengths)
+    most = np.sort(np.argsort(lengths, kind="stable")[:_N_PAIRED]).tolist()
+    return [*((k,) for k in range(d)), *combinations(most, 2), tuple(range(d))]
+
+
+def _flipped(best: FloatArray, groups: Sequence[tuple[int, ...]]) -> FloatArray:
+    """Return the run (d,) with the inputs of each group at their other bounds."""
+    u = np.repeat(best[None], len(groups), axis=0)
+    for row, group in zip(u, groups, strict=True):
+        row[list(group)] = 1.0 - np.round(best[list(group)])
     return u
 
 

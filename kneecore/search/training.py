@@ -31,6 +31,9 @@ __all__ = ["TrainedSurrogate", "Training", "fit_surrogate", "surrogate_through",
 
 FloatArray = NDArray[np.float64]
 
+_ENOUGH = 3  # samples for each input: of fewer, what is inside the bounds cannot be told
+_INWARDS = 0.01  # of the cube's width: how far from the corners those lie at most
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Training:
@@ -64,7 +67,8 @@ def train(model: UnitModel, settings: SearchSettings, callback: Callback | None 
     """Sample the model and fit a surrogate.
 
     The samples are uniform as in the paper for a knee, a Latin hypercube for other models: their
-    runs are few and dear.
+    runs are few and dear. Where they are fewer than three an input, and more runs will follow, they
+    lie at corners: of so many inputs only effects from bound to bound can be told.
 
     Raises
     ------
@@ -112,7 +116,26 @@ def _points(model: Model, settings: SearchSettings) -> FloatArray:
     n, d, seed = settings.n_training, model.n_free, settings.seed
     if model.in_corners or model.grids:
         return first_points(model, n, seed)
-    return next(batches(n, d, seed, sampling="latin-hypercube", size=n))
+    points = next(batches(n, d, seed, sampling="latin-hypercube", size=n))
+    if not settings.repair or n >= _ENOUGH * d:
+        return points
+    return _folded(points)
+
+
+def _folded(points: FloatArray) -> FloatArray:
+    """Move points (n, d) to corners, the second half to those across from the first.
+
+    That tells the inputs' own effects from those of two together (G. E. P. Box, K. B. Wilson 1951,
+    J. R. Stat. Soc. B 13:1-45). Where corners so few do not tell all inputs apart the points stay.
+    """
+    corners, n = np.round(points), len(points)
+    inwards = (
+        2.0 * _INWARDS * np.abs(points - corners)
+    )  # no two may be the same: a spline is fitted
+    corners[n // 2 :] = 1.0 - corners[: n - n // 2]
+    if np.linalg.matrix_rank(corners - 0.5) < points.shape[1]:
+        return points
+    return corners + inwards * (1.0 - 2.0 * corners)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,7 +16,8 @@ FloatArray = NDArray[np.float64]
 # The limits were chosen on tests/benchmarks/any_model.py, where they are measured.
 _GAP = 2.0  # per cent
 _RANKS = 0.9
-_FEW = 10  # runs for each input: below that the first runs alone must reach these ranks too
+_FEW = 10  # runs for each input: below that the first runs alone must reach ranks of their own
+_FIRST_RANKS = 0.95
 _ERROR = 0.25  # of f: mean error of the latest predictions
 _RISE = 0.01  # of f: what the last part of the search may still have gained
 _LATE = 0.3  # of the batches: that part
@@ -113,7 +114,7 @@ def _ranks(seen: Seen) -> Iterator[str]:
 
 def _few(seen: Seen) -> Iterator[str]:
     few = seen.n_runs < _FEW * seen.n_inputs
-    if few and seen.first_ranks is not None and seen.first_ranks < _RANKS:
+    if few and seen.first_ranks is not None and seen.first_ranks < _FIRST_RANKS:
         yield (
             f"{seen.n_runs} runs are few for {seen.n_inputs} inputs whose effects depend on each "
             "other: over the whole bounds the surrogate orders left-out runs with a rank "

@@ -1,7 +1,10 @@
 """How near to the true worst pair of public models a search comes, and what it says of itself.
 
-``python tests/benchmarks/any_model.py [FILE.md] [--seeds N] [--first-seed K] [--rivals] [--ego N]``
+``python tests/benchmarks/any_model.py [FILE.md] [--seeds N] [--fresh K] [--keep FILE] [--rivals]``
 prints a table, and writes it between the marks of FILE.md, such as ``docs/any_model.md``.
+``--fresh`` adds what comes out for N seeds from K on, which no limit was chosen on; ``--keep FILE``
+keeps what was searched, so that it can be ended and go on. SMT's EGO takes minutes a search:
+`any_model_ego.py` keeps what it found, and the table shows it.
 
 Each search may run a model 150 times, ours with the nominal inputs and the checks of its pair. The
 rivals search pairs, as one would use them: a pair costs two runs; their answer is the most
@@ -12,7 +15,6 @@ different pair of all their runs. A miss is a shortfall above 5 %; it is silent 
 import argparse
 import json
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -28,6 +30,8 @@ from kneecore.search.inside import best_places
 from kneecore.search.settings import SearchSettings
 
 TRUTH = json.loads((Path(__file__).parent / "any_model_truth.json").read_text(encoding="utf-8"))
+_EGO_FILE = Path(__file__).with_name("any_model_ego.json")
+EGO = json.loads(_EGO_FILE.read_text(encoding="utf-8")) if _EGO_FILE.exists() else {}
 RUNS = 150
 MISS = 5.0  # per cent
 
@@ -76,20 +80,8 @@ def pymoo_ga(case: Case, seed: int) -> float:
     return pairs.best
 
 
-def smt_ego(case: Case, seed: int) -> float:
-    from smt.applications import EGO
-    from smt.design_space import DesignSpace
-    from smt.surrogate_models import KRG
-
-    pairs, n_first = Pairs(case), 25
-    space = DesignSpace(np.array([[0.0, 1.0]] * 2 * case.d), seed=seed)
-    start = np.random.default_rng(seed).random((n_first, 2 * case.d))
-    ego = EGO(n_iter=RUNS // 2 - n_first, criterion="EI", xdoe=start, seed=seed, n_start=5,
-              surrogate=KRG(design_space=space, print_global=False, n_start=1))  # fmt: skip
-    ego.optimize(fun=lambda x: pairs(x)[:, None])
-    return pairs.best
-
-
+Found = tuple[float, int, str]
+"""Shortfall in per cent, runs, the verdict's word."""
 Rival = Callable[[Case, int], float]
 RIVALS: dict[str, Rival] = {"SciPy DE": scipy_de, "pymoo GA": pymoo_ga}
 BEGIN, END = "<!-- any model: begin -->", "<!-- any model: end -->"
@@ -99,7 +91,7 @@ def shortfall(case: Case, f: float) -> float:
     return 100.0 * (1.0 - f / TRUTH[case.name])
 
 
-def ours(case: Case, seed: int) -> tuple[float, int, str]:
+def ours(case: Case, seed: int) -> Found:
     found = worst_case(case.model(), SearchSettings(max_runs=RUNS, seed=seed))
     runs = found.counts["models_simulated"]
     assert runs <= RUNS
@@ -107,35 +99,66 @@ def ours(case: Case, seed: int) -> tuple[float, int, str]:
     return shortfall(case, found.objective_model or 0.0), runs, found.verdict.word
 
 
-def table(seeds: Sequence[int], rivals: dict[str, tuple[Rival, int]]) -> str:
-    names = [f"{name}, median" for name in rivals]
+class Kept:
+    """Searches that were done already, a line of JSON each: a benchmark that takes long goes on."""
+
+    def __init__(self, file: Path | None) -> None:
+        self._file = file
+        lines = file.read_text(encoding="utf-8").splitlines() if file and file.exists() else []
+        rows = [json.loads(line) for line in lines]
+        self._known = {(name, seed): (short, runs, word) for name, seed, short, runs, word in rows}
+
+    def __call__(self, case: Case, seed: int) -> Found:
+        key = case.name, seed
+        if key not in self._known:
+            self._known[key] = ours(case, seed)
+            if self._file:
+                with self._file.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([*key, *self._known[key]]) + "\n")
+        return self._known[key]
+
+
+def told_ego(case: Case) -> list[str]:
+    """Return the cell of SMT's EGO: its median; a dash where it needed too long; or nothing yet."""
+    if not EGO:
+        return []
+    found = EGO.get(case.name, [])
+    if None in found:
+        return ["-"]
+    return [f"{np.median(found):.1f}" if found else ""]
+
+
+def table(search: Kept, seeds: Sequence[int], rivals: dict[str, Rival]) -> tuple[str, list[Found]]:
+    names = [f"{name}, median" for name in rivals] + ["SMT EGO"] * bool(EGO)
     head = ["model", "inputs / outputs", "median", "largest", "runs", "doubtful", *names]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     every = []
     for case in CASES:
-        mine = [ours(case, seed) for seed in seeds]
+        mine = [search(case, seed) for seed in seeds]
         every += mine
         short = [m[0] for m in mine]
         row = [case.name, f"{case.d} / {case.n_outputs}", f"{np.median(short):.2f}",
                f"{max(short):.2f}", f"{np.mean([m[1] for m in mine]):.0f}",
                f"{sum(m[2] != 'trusted' for m in mine)} of {len(mine)}"]  # fmt: skip
-        for search, n in rivals.values():
-            theirs = [shortfall(case, search(case, seed)) for seed in seeds[:n]]
-            row.append(f"{np.median(theirs):.1f}")
+        for rival in rivals.values():
+            theirs = [shortfall(case, rival(case, seed)) for seed in seeds]
+            row += [f"{np.median(theirs):.1f}"]
+        row += told_ego(case)
         lines.append(f"| {' | '.join(row)} |")
         print(lines[-1], flush=True)
-    return "\n".join([*lines, "", summary(every)]) + "\n"
+    return "\n".join(lines), every
 
 
-def summary(every: Sequence[tuple[float, int, str]]) -> str:
+def summary(every: Sequence[Found], seeds: Sequence[int]) -> str:
     short = np.array([m[0] for m in every])
     trusted = np.array([m[2] == "trusted" for m in every])
     missed = short > MISS
     return (
-        f"All {len(every)} searches: median shortfall {np.median(short):.3f} %, 95th percentile "
-        f"{np.percentile(short, 95):.2f} %, largest {short.max():.1f} %. Misses above {MISS:g} %: "
-        f"{missed.sum()}, silent {np.sum(missed & trusted)}. Right answers called doubtful: "
-        f"{np.sum(~missed & ~trusted)} of {np.sum(~missed)}."
+        f"Seeds {seeds[0]} to {seeds[-1]}, {len(every)} searches: median shortfall "
+        f"{np.median(short):.3f} %, 95th percentile {np.percentile(short, 95):.2f} %, largest "
+        f"{short.max():.1f} %. Misses above {MISS:g} %: {missed.sum()}, silent "
+        f"{np.sum(missed & trusted)}. Right answers called doubtful: {np.sum(~missed & ~trusted)} "
+        f"of {np.sum(~missed)}."
     )
 
 
@@ -144,15 +167,18 @@ def main() -> None:
     parser.add_argument("file", nargs="?", type=Path)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--fresh", type=int, default=0)
     parser.add_argument("--rivals", action="store_true")
-    parser.add_argument("--ego", type=int, default=0, help="seeds of SMT's EGO: minutes each")
+    parser.add_argument("--keep", type=Path, help="go on from the searches in this file")
     given = parser.parse_args()
-    rivals = {name: (rival, given.seeds) for name, rival in RIVALS.items() if given.rivals}
-    if given.ego:
-        rivals[f"SMT EGO ({given.ego} seeds)"] = smt_ego, given.ego
-    begun = time.perf_counter()
-    text = table(range(given.first_seed, given.first_seed + given.seeds), rivals)
-    text += f"\nShortfalls in per cent of the true f; {time.perf_counter() - begun:.0f} s.\n"
+    search = Kept(given.keep)
+    seeds = range(given.first_seed, given.first_seed + given.seeds)
+    lines, every = table(search, seeds, RIVALS if given.rivals else {})
+    text = f"{lines}\n\nShortfalls in per cent of the true f. {summary(every, seeds)}\n"
+    if given.fresh:
+        fresh = range(given.fresh, given.fresh + given.seeds)
+        found = [search(case, seed) for case in CASES for seed in fresh]
+        text += f"\nOn which no limit was chosen: {summary(found, fresh)}\n"
     print(text)
     if given.file:
         before, rest = given.file.read_text(encoding="utf-8").split(BEGIN)

@@ -9,6 +9,9 @@ from results import check_comes_back
 
 from kneecore import Input, Model, Output, SearchResult, SearchSettings, worst_case
 from kneecore.numerics.surrogate import _squared_distances
+from kneecore.search.inside import Half, thrown
+from kneecore.search.training import train
+from kneecore.unit_model import UnitModel
 
 BEST_ISHIGAMI = 9.0 + 0.2 * np.pi**4  # by hand
 HOW = {"method": "exact", "repair": True, "repair_models": 99}
@@ -106,6 +109,44 @@ def test_noise_is_remarked():
     rng = np.random.default_rng(0)
     found = worst_case(own(lambda x: x[:, :1] + rng.normal(0.0, 1.0, (len(x), 1))))
     assert found.verdict.word == "doubtful"
+
+
+def first_runs(d, max_runs=30):
+    settings = SearchSettings(max_runs=max_runs).of(own(np.sin, d))
+    return train(UnitModel(own(lambda x: x[:, :1], d)), settings).points
+
+
+def test_few_runs_for_many_inputs_begin_at_corners_and_across_from_them():
+    many = first_runs(20, 150)
+    corners = np.round(many)
+    assert len(many) == 50
+    assert 0.0 < np.abs(many - corners).max() <= 0.01
+    assert (corners[:25] == 1.0 - corners[25:]).all()
+    assert len(np.unique(many, axis=0)) == 50
+
+
+@pytest.mark.parametrize("d", [3, 8])  # enough runs; too few for corners to tell inputs apart
+def test_other_first_runs_lie_inside(d):
+    first = first_runs(d)
+    assert len(first) == 10
+    assert np.abs(first - np.round(first)).max() > 0.3
+
+
+def test_two_inputs_are_thrown_together_and_none_twice():
+    class Process:
+        """Inputs 0 and 2 gain together, each of them loses alone."""
+
+        lengths = np.ones(3)
+
+        def __call__(self, u):
+            lost = u[:, 0] + u[:, 2] + u[:, 1]
+            return np.where((u == [1.0, 0.0, 1.0]).all(axis=1), 1.0, -lost), np.zeros(len(u))
+
+    half, best = Half(np.ones(1), 1.0, 3), np.zeros(3)
+    chosen = [thrown(Process(), half, best, own(None)).tolist() for _ in range(7)]
+    assert chosen[0] == [1.0, 0.0, 1.0]
+    assert chosen[-1] == [1.0, 1.0, 1.0]
+    assert len({tuple(u) for u in chosen}) == 7
 
 
 def test_same_seed_same_bytes():
