@@ -229,7 +229,9 @@ VISER_TEXTS = """<style>
 :root[data-mantine-color-scheme="dark"] {
   --mantine-color-dimmed: #a3a3a3 !important; --mantine-color-gray-filled: #343a40 !important;
 }
-.mantine-Slider-markLabel { color: var(--mantine-color-dimmed) !important }
+.mantine-Slider-markLabel, .mantine-Notification-description {
+  color: var(--mantine-color-dimmed) !important
+}
 :root[data-mantine-color-scheme="dark"] [role="tab"][aria-selected="true"] * {
   color: #7db8e0 !important;
 }

@@ -22,7 +22,7 @@ def sizes(colours):
     """Widths of lines, sizes of dots and of the charts' text, in px."""
     axis = styles.axis_style("", side=2, scale="x", size=30, colours=colours)
     return [
-        *(line["width"] for line in styles.knee_lines(colours)),
+        *(line["width"] for line in styles.knee_lines(colours, "°")),
         *(dot["points"]["size"] for dot in styles.dots(colours)),
         float(axis["font"].split("px")[0]),
         float(axis["labelFont"].split("px")[0]),
