@@ -242,6 +242,7 @@ _NAME_WIDGETS = """(() => {
       for (const root of [widget, row])
         if (root) all(inputs, root).forEach((node) => name(node, text));
     }
+    all("[role=progressbar]").forEach((n) => name(n, "Progress"));
     all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
     all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
   }, 700);

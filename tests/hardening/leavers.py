@@ -63,7 +63,7 @@ class Watchdog:
 
     def __init__(self, app: App) -> None:
         self.most, self._alive, self._lock = 0, 0, threading.Lock()
-        make, end = app._made, app._end
+        make, end = app._session, app._end
 
         def counted(*arguments: object) -> object:
             with self._lock:
@@ -81,7 +81,7 @@ class Watchdog:
             with self._lock:
                 self._alive -= 1
 
-        app._made = counted  # type: ignore[method-assign]
+        app._session = counted  # type: ignore[method-assign]
         app._end = ended  # type: ignore[method-assign]
         app.seats._discard = ended
 

@@ -67,14 +67,14 @@ def test_a_burst_fills_the_places_and_no_more(app, port):
 
 def test_one_who_leaves_while_his_session_is_made_frees_his_place(app, port, monkeypatch):
     begun, go_on = threading.Event(), threading.Event()
-    make = app._made
+    make = app._session
 
     def slow(*arguments):
         begun.set()
         go_on.wait(20)
         return make(*arguments)
 
-    monkeypatch.setattr(app, "_made", slow)
+    monkeypatch.setattr(app, "_session", slow)
     with WebSocketClient(port):
         assert begun.wait(20)
         assert len(app.seats) == 1
@@ -87,7 +87,7 @@ def test_one_whose_session_cannot_be_made_frees_his_place(app, port, monkeypatch
     def broken(*_):
         raise ZeroDivisionError("a slip")
 
-    monkeypatch.setattr(app, "_made", broken)
+    monkeypatch.setattr(app, "_session", broken)
     with WebSocketClient(port):
         eventually(lambda: "cannot be made" in caplog.text, 20)
         assert len(app.seats) == 0
@@ -98,7 +98,7 @@ def test_one_whose_session_cannot_be_made_frees_his_place(app, port, monkeypatch
 
 def test_who_is_gone_before_his_turn_costs_no_work(app, port, monkeypatch):
     made = []
-    monkeypatch.setattr(app, "_made", lambda *a: made.append(a))
+    monkeypatch.setattr(app, "_session", lambda *a: made.append(a))
     app._join(type("Gone", (), {"client_id": 12345})())
     assert made == []
     assert len(app.seats) == 0

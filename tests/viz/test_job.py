@@ -28,7 +28,7 @@ def report(done):
 
 def test_it_reports_and_returns():
     job, posted = run(lambda watch: (watch(report(2)), "found")[1])
-    assert posted[0] == ("study_progress", (job, 25.0, "sampling", None))
+    assert posted[0] == ("study_progress", (job, 25.0, "sampling", None, None))
     assert posted[-1] == ("study_done", (job, "found", None))
 
 
