@@ -1,5 +1,6 @@
 // Values at the pointer, curves that a legend's entries switch, and a pointer that poses the knee.
-// Runs in the visitor's browser alone. TOLD says which charts pose the knee, and by which widgets.
+// Runs in the visitor's browser alone. What is told says which charts pose the knee, and by which
+// widgets.
 (() => {
   window.__kneevizLook?.abort(); // of an earlier connection
   const life = (window.__kneevizLook = new AbortController());

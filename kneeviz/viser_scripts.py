@@ -1,6 +1,7 @@
 """What our page does in a browser beyond what viser's client does: small scripts for one client."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -154,8 +155,8 @@ def look_closer(
     left, keep : str, optional
         Ids of the buttons that are pressed when it leaves such a chart, and when it is clicked.
     """
-    told = json.dumps({"poses": dict(poses or {}), "left": left, "keep": keep})
-    viser_internals.run_script(client, _look_closer().replace("TOLD;", f"{told};", 1))
+    told = {"poses": dict(poses or {}), "left": left, "keep": keep}
+    viser_internals.run_script(client, _filled(_look_closer(), {"TOLD": told}))
 
 
 _SEE_THROUGH = """(() => {
@@ -181,8 +182,7 @@ def see_through(client: viser.ClientHandle, names: Sequence[str]) -> None:
 
     A mesh with an opacity of 0 takes time, and hides what is drawn behind it after it.
     """
-    source = _SEE_THROUGH.replace("NAMES", json.dumps(list(names)))
-    viser_internals.run_script(client, source)
+    viser_internals.run_script(client, _filled(_SEE_THROUGH, {"NAMES": list(names)}))
 
 
 _BLEND = """(() => {
@@ -206,7 +206,7 @@ def blend(client: viser.ClientHandle, names: Sequence[str]) -> None:
     Translucent bodies that cross would cut patches out of each other: each hides what is drawn
     after it and is behind.
     """
-    viser_internals.run_script(client, _BLEND.replace("NAMES", json.dumps(list(names))))
+    viser_internals.run_script(client, _filled(_BLEND, {"NAMES": list(names)}))
 
 
 _NAME_WIDGETS = """(() => {
@@ -233,7 +233,7 @@ _NAME_WIDGETS = """(() => {
   window.__kneevizNames = setInterval(() => {
     document.documentElement.lang = "en";
     document.getElementById("root").setAttribute("role", "main");
-    for (const [icon, text] of Object.entries(%s))
+    for (const [icon, text] of Object.entries(ICONS))
       all(`[class*="${icon}"]`).forEach((n) => name(n.closest("button"), text));
     all(FOLDERS).forEach(reach);
     for (const label of all("label[for]")) {
@@ -243,8 +243,8 @@ _NAME_WIDGETS = """(() => {
         if (root) all(inputs, root).forEach((node) => name(node, text));
     }
     all("[role=progressbar]").forEach((n) => name(n, "Progress"));
-    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, "Chart: %s"); });
-    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, "%s"));
+    all(".uplot").forEach((n) => { n.setAttribute("role", "img"); name(n, CHART); });
+    all("canvas").filter((n) => !n.closest(".uplot")).forEach((n) => name(n, SCENE));
   }, 700);
 })();"""
 
@@ -263,8 +263,8 @@ def name_widgets(client: viser.ClientHandle, chart: str, scene: str) -> None:
     Sliders, charts, pictures and icons get names, the page its main part, and the heads of folders
     a place in the order of focus.
     """
-    source = _NAME_WIDGETS % (json.dumps(_ICONS), chart, scene)
-    viser_internals.run_script(client, source)
+    values = {"ICONS": _ICONS, "CHART": f"Chart: {chart}", "SCENE": scene}
+    viser_internals.run_script(client, _filled(_NAME_WIDGETS, values))
 
 
 _TELL_LINK = """(() => {
@@ -311,7 +311,7 @@ _COPY = """(() => {
 
 def copy_address(client: viser.ClientHandle, query: str) -> None:
     """Put this client's address with another query into its clipboard."""
-    viser_internals.run_script(client, _COPY.replace("QUERY", json.dumps(query)))
+    viser_internals.run_script(client, _filled(_COPY, {"QUERY": query}))
 
 
 _HIDE_TOKEN = """(() => {
@@ -364,7 +364,6 @@ def show_role(client: viser.ClientHandle, line: str | None, *, drives: bool) -> 
 
 
 def _filled(source: str, values: Mapping[str, Any]) -> str:
-    """Return a script with values in the places of their names."""
-    for name, value in values.items():
-        source = source.replace(name, json.dumps(value))
-    return source
+    """Return a script with values in the places of their names, each a word of its own."""
+    names = re.compile(rf"\b({'|'.join(values)})\b")
+    return names.sub(lambda found: json.dumps(values[found[1]]), source)

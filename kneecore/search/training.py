@@ -129,9 +129,8 @@ def _folded(points: FloatArray) -> FloatArray:
     J. R. Stat. Soc. B 13:1-45). Where corners so few do not tell all inputs apart the points stay.
     """
     corners, n = np.round(points), len(points)
-    inwards = (
-        2.0 * _INWARDS * np.abs(points - corners)
-    )  # no two may be the same: a spline is fitted
+    # No two may be the same: a spline is fitted.
+    inwards = 2.0 * _INWARDS * np.abs(points - corners)
     corners[n // 2 :] = 1.0 - corners[: n - n // 2]
     if np.linalg.matrix_rank(corners - 0.5) < points.shape[1]:
         return points

@@ -1,7 +1,7 @@
 """Undo, redo and start over. Runs on the session's worker."""
 
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any
 
@@ -14,13 +14,11 @@ from kneeviz.actions.live import set_live
 from kneeviz.actions.result import forget_result, take_result
 from kneeviz.actions.search import stop_search
 from kneeviz.actions.view import set_overlay
-from kneeviz.jobs.messages import Asked, asked_by
+from kneeviz.jobs.messages import asked_by
 from kneeviz.page import steps
 from kneeviz.page.page import Page
 from kneeviz.state.presets import BASELINE, OWN_KNEE
 from kneeviz.state.snapshot import Snapshot
-from kneeviz.views.html.pieces import escape
-from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 _FOLLOWS = frozenset({"live_found", "settle", "ready"})
 """What brings the page up to date with a step that there is: no steps of their own."""
@@ -137,39 +135,9 @@ def open_as_left(page: Page, left: Snapshot) -> None:
     page.history.rest()
 
 
-def _step(page: Page, value: Asked | None, name: str) -> None:
-    if steps.go(page, value, name, lambda wanted: restore(page, wanted)):
-        _keep(page)
-
-
-def _undo(page: Page, value: Asked | None) -> None:
-    _step(page, value, "undo")
-
-
-def _redo(page: Page, value: Asked | None) -> None:
-    _step(page, value, "redo")
-
-
-def _start_over(page: Page, _value: Asked | None) -> None:
-    """Go back to where the page began; a step like others, so that it can be undone."""
-    page.history.rest()
-    stop_search(page)
-    restore(page, page.history.start)
-    page.say("Started over: knee, bounds and settings as at first. Undo brings yours back.")
-
-
-def _not_kept(page: Page, why: str) -> None:
-    page.say(f"The state is not kept: {escape(why)}", "bad")
-
-
-def _change(page: Page, value: Asked) -> None:
-    {UNDO: _undo, REDO: _redo, START_OVER: _start_over}[value.value](page, value)
-
-
-ACTIONS: dict[str, Callable[..., None]] = {
-    "undo": _undo,
-    "redo": _redo,
-    "start_over": _start_over,
-    "change": _change,
-    "not_kept": _not_kept,
-}
+ACTIONS = steps.actions(
+    restore,
+    keep=_keep,
+    stop_search=stop_search,
+    started_over="Started over: knee, bounds and settings as at first. Undo brings yours back.",
+)

@@ -7,6 +7,8 @@ from typing import Any, Protocol, TypeVar
 from kneeviz.jobs.messages import Asked, asked_by
 from kneeviz.page.notices import Notices
 from kneeviz.state.history import History, Moment
+from kneeviz.views.html.pieces import escape
+from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 MomentT = TypeVar("MomentT", bound="Told")
 
@@ -70,3 +72,54 @@ def go(
     page.history.amend(page.snapshot())
     page.say(f"{name.capitalize()}: {', '.join(changes)}.")
     return True
+
+
+def actions(
+    restore: Callable[[Any, Any], None],
+    *,
+    keep: Callable[[Any], None],
+    stop_search: Callable[[Any], None],
+    started_over: str,
+) -> dict[str, Callable[..., None]]:
+    """Return what the buttons and keys of undo, redo and start over do on one kind of page.
+
+    Parameters
+    ----------
+    restore : callable
+        Brings a page into a state.
+    keep : callable
+        Puts a page's present state into its file, if it has one.
+    stop_search : callable
+        Ends the search that runs for a page.
+    started_over : str
+        What is said then.
+    """
+
+    def undo(page: Any, value: Asked | None) -> None:
+        if go(page, value, "undo", lambda wanted: restore(page, wanted)):
+            keep(page)
+
+    def redo(page: Any, value: Asked | None) -> None:
+        if go(page, value, "redo", lambda wanted: restore(page, wanted)):
+            keep(page)
+
+    def start_over(page: Any, _value: Asked | None) -> None:
+        """Go back to where the page began; a step like others, so that it can be undone."""
+        page.history.rest()
+        stop_search(page)
+        restore(page, page.history.start)
+        page.say(started_over)
+
+    def not_kept(page: Any, why: str) -> None:
+        page.say(f"The state is not kept: {escape(why)}", "bad")
+
+    def change(page: Any, value: Asked) -> None:
+        {UNDO: undo, REDO: redo, START_OVER: start_over}[value.value](page, value)
+
+    return {
+        "undo": undo,
+        "redo": redo,
+        "start_over": start_over,
+        "change": change,
+        "not_kept": not_kept,
+    }

@@ -1,7 +1,7 @@
 """Undo, redo and start over on a model's page. Runs on the session's worker."""
 
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from typing import Any
 
 from kneecore import FileFormatError
@@ -9,10 +9,7 @@ from kneeviz.anymodel.actions.search import forget_result, set_overlay, stop_sea
 from kneeviz.anymodel.actions.study import choose_column, set_band
 from kneeviz.anymodel.page import ModelPage
 from kneeviz.anymodel.snapshot import ModelSnapshot
-from kneeviz.jobs.messages import Asked
 from kneeviz.page import steps
-from kneeviz.views.html.pieces import escape
-from kneeviz.views.tabs.change import REDO, START_OVER, UNDO
 
 _FOLLOWS = frozenset({"ran"})
 """What brings the page up to date: a slow model's studies begin in its surrogate. No step."""
@@ -64,39 +61,9 @@ def open_as_left(page: ModelPage, left: ModelSnapshot) -> None:
     page.history.rest()
 
 
-def _go(page: ModelPage, value: Asked | None, name: str) -> None:
-    if steps.go(page, value, name, lambda wanted: restore(page, wanted)):
-        _keep(page)
-
-
-def _undo(page: ModelPage, value: Asked | None) -> None:
-    _go(page, value, "undo")
-
-
-def _redo(page: ModelPage, value: Asked | None) -> None:
-    _go(page, value, "redo")
-
-
-def _start_over(page: ModelPage, _value: Asked | None) -> None:
-    """Go back to where the page began; a step like others, so that it can be undone."""
-    page.history.rest()
-    stop_search(page)
-    restore(page, page.history.start)
-    page.say("Started over. Undo brings back what you had.")
-
-
-def _not_kept(page: ModelPage, why: str) -> None:
-    page.say(f"The state is not kept: {escape(why)}", "bad")
-
-
-def _change(page: ModelPage, value: Asked) -> None:
-    {UNDO: _undo, REDO: _redo, START_OVER: _start_over}[value.value](page, value)
-
-
-ACTIONS: dict[str, Callable[..., None]] = {
-    "undo": _undo,
-    "redo": _redo,
-    "start_over": _start_over,
-    "change": _change,
-    "not_kept": _not_kept,
-}
+ACTIONS = steps.actions(
+    restore,
+    keep=_keep,
+    stop_search=stop_search,
+    started_over="Started over. Undo brings back what you had.",
+)
