@@ -85,7 +85,9 @@ def test_evidence_says_best_known_and_the_sampled_bound_with_its_condition():
     few = {"method": "exact", "objective": "extension"}
     plain = searched(ParameterSpace(case="material"), **few)
     told = text_of(evidence_line(plain))
-    assert "Best known value, nothing proven" in told
+    assert "Best known value, by climbs with gradients from 6 patterns of signs" in told
+    assert "then flips of inputs in the model itself. Nothing is proven." in told
+    assert "climbs end in the worst pair at rest" in told
     assert "slopes" not in told
     bounded = searched(ParameterSpace(case="material"), bound=True, **few)
     told = text_of(evidence_line(bounded))

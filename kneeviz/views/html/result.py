@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from kneecore import LIGAMENTS, Response, SearchResult
 from kneecore.report.bound_evidence import premise
+from kneecore.report.evidence import way_found
 from kneeviz.state import results
 from kneeviz.views import theme
 from kneeviz.views.html.labels import parameter_label
@@ -104,7 +105,8 @@ def evidence_line(result: SearchResult) -> str:
         return ""
     where = "" if result.settings.search_space == "model" else " in the surrogate"
     share = number(100.0 * evidence.share_reached, 0, "%")
-    parts = [f"{share} of {evidence.n_climbs} climbs{where} end here"]
+    place = "in the worst pair at rest" if evidence.n_models else "here"
+    parts = [f"{share} of {evidence.n_climbs} climbs{where} end {place}"]
     if evidence.second_best is not None:
         parts.append(f"second basin {number(evidence.second_best, 1, '°')}")
     space = results.space(result)
@@ -118,7 +120,7 @@ def evidence_line(result: SearchResult) -> str:
         parts.append(f"{evidence.n_failed:,} knees without an equilibrium left out")
     parts += _bound_parts(result)
     told = "; ".join(parts)
-    return f"<br>{faint(f'Best known value, nothing proven: {told}.')}"
+    return f"<br>{faint(f'{way_found(evidence)} {told}.')}"
 
 
 def _bound_parts(result: SearchResult) -> list[str]:
