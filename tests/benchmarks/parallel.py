@@ -3,8 +3,8 @@
 Prints, as the tables of ``docs/cluster.md``: what a run costs beyond its own time, by its length,
 with one process of this machine and with one worker of dask.distributed (one, so that waiting for
 the last of several is not counted); what a chunk costs the scheduler and the process that asks; how
-many knees that process takes in; and what follows for a thousand cores. A million knees through Dask
-with a worker killed are in `million.py`.
+many knees that process takes in; and what follows for a thousand cores. `million.py` has a million
+knees through Dask with a worker killed.
 
 Costs of the scheduler and of single steps are processor time, which other work on the machine
 changes little; the costs of runs are the least of some repeats.
