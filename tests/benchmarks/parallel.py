@@ -3,25 +3,21 @@
 Prints, as the tables of ``docs/cluster.md``: what a run costs beyond its own time, by its length,
 with one process of this machine and with one worker of dask.distributed (one, so that waiting for
 the last of several is not counted); what a chunk costs the scheduler and the process that asks; how
-many knees that process takes in; what follows for a thousand cores; and a million knees through
-Dask with a worker killed, held against the same million here.
+many knees that process takes in; and what follows for a thousand cores. `million.py` has a million
+knees through Dask with a worker killed.
 
 Costs of the scheduler and of single steps are processor time, which other work on the machine
 changes little; the costs of runs are the least of some repeats.
 """
 
 import argparse
-import os
-import signal
 import time
 from concurrent.futures import wait
 
 import numpy as np
 from distributed import Client, LocalCluster
 
-import kneecore
-from kneecore import Input, Knee, Model, Output, SamplingSettings
-from kneecore._threads import available_cores
+from kneecore import Input, Knee, Model, Output
 from kneecore.runs.chunks import PER_WORKER_S
 from kneecore.runs.cluster import Cluster
 from kneecore.study.monte_carlo import BATCH, _Sums
@@ -100,40 +96,6 @@ def taken_in():
     return len(x) * n / (time.process_time() - begun)
 
 
-def million(n):
-    """Sample knees through Dask, one worker killed on the way, and here; return a line."""
-    killed = []
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=100
-    ) as cluster:
-        knee = Knee(workers=cluster.scheduler_address)
-
-        def callback(report):
-            if not killed and report.done > n // 3:
-                killed.append(next(iter(cluster.workers.values())).pid)
-                os.kill(killed[0], signal.SIGKILL)
-
-        settings = SamplingSettings(n_samples=n)
-        begun = time.perf_counter()
-        there = kneecore.monte_carlo(knee, settings, callback=callback)
-        took = time.perf_counter() - begun
-        knee.close()
-    assert killed
-    begun = time.perf_counter()
-    here = kneecore.monte_carlo(Knee(), settings)
-    alone = time.perf_counter() - begun
-    same = all(
-        np.array_equal(getattr(there.y, name), getattr(here.y, name))
-        for name in ("mean", "sd", "percentile_lower", "percentile_upper")
-    )
-    return (
-        f"{there.n_samples:,} knees through Dask on 2 workers, one of them killed: {took:.0f} s; "
-        f"here on {available_cores()} threads: {alone:.0f} s. Counts "
-        f"{'equal' if there.counts == here.counts else 'DIFFERENT'}, statistics "
-        f"{'equal to the last bit' if same else 'DIFFERENT'}."
-    )
-
-
 def tell_costs(address, quick):
     print("| a run takes | one process: more, ms a run | one Dask worker: more, ms a run |")
     print("|---|---|---|")
@@ -159,7 +121,7 @@ def tell_a_thousand(chunk_cost):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="fewer runs, 50,000 knees")
+    parser.add_argument("--quick", action="store_true", help="fewer runs")
     quick = parser.parse_args().quick
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=100
@@ -171,7 +133,6 @@ def main():
     print(f"one core runs {run_by_one_core():,.0f} knees a second")
     print(f"one core puts {taken_in():,.0f} knees a second into the statistics")
     tell_a_thousand(cost)
-    print(f"\n{million(50_000 if quick else 1_000_000)}")
 
 
 if __name__ == "__main__":

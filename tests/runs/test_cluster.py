@@ -110,7 +110,7 @@ def test_runs_that_crash_or_hang_take_no_worker_along(made, cluster):
 
 
 def test_many_knees_less_one_worker(cluster):
-    """Here fewer of them: `tests/benchmarks/parallel.py` does a million."""
+    """Here fewer of them: `tests/benchmarks/million.py` does a million."""
     settings = SamplingSettings(n_samples=16_000)
     knee = kneecore.Knee(workers=cluster.scheduler_address)
     killed = []
