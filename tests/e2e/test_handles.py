@@ -159,9 +159,9 @@ def test_a_finger_drags_a_handle(still, app):
         spots = [{"x": float(x), "y": float(y)} for x, y in points]
         hand.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": spots})
 
-    touch("touchStart", at + [8, 8])
+    touch("touchStart", at - [8, 8])  # beside it; the other side is another's
     for share in (0.25, 0.5, 0.75, 1.0):
-        touch("touchMove", at + [8 + 0.5 * mm * share, 8 - 0.3 * mm * share])
+        touch("touchMove", at + [-8 + 0.5 * mm * share, -8 - 0.3 * mm * share])
         still.page.wait_for_timeout(60)
     still.wait_until(lambda: np.abs(away_mm(app) - [0.5, 0.3]).max() < 0.06)
     touch("touchEnd")

@@ -137,6 +137,8 @@ def test_every_text_of_the_page_stands_out_from_its_ground(visitor, app, dark):
             "dark => (document.documentElement.dataset.mantineColorScheme === 'dark') === dark",
             dark,
         )
+        # A notice of another test that fades away is paler with each moment.
+        visitor.wait("() => !document.querySelector('.mantine-Notification-root')")
         pale = {}
         for tab in TABS:
             visitor.tab(tab)
