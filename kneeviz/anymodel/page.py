@@ -94,6 +94,8 @@ class ModelPage:
         """What is wrong now, the latest last: by what it is with, and why."""
         self.moved_at: float = -math.inf
         """When a slider was last moved, s of `time.monotonic`."""
+        self.starting: bool = True
+        """Whether the first run, the nominal model's, is to come: nothing may take its place."""
         self.told_running: bool = False
         """Whether the page says that the model is run."""
         self.after_learning: bool = False
@@ -119,7 +121,7 @@ class ModelPage:
         )
 
     def start(self) -> None:
-        """Run the nominal model once, and have the sliders' point drawn."""
+        """Run the nominal model once, and have the sliders' picture drawn."""
         self.follow()
         self.runs.ask(self.state.model.nominal)
         self.draw()
@@ -206,7 +208,7 @@ class ModelPage:
     def follow(self) -> None:
         """Let the model, where it is fast enough, and the picture follow the sliders."""
         self.touched, self.moved_at = True, time.monotonic()
-        if not self.state.slow:
+        if not (self.starting or self.state.slow):
             self.runs.ask(self.state.x)
         if self.state.model.has_picture:
             self.pictures.ask(OWN, self.state.x)

@@ -14,9 +14,7 @@ from typing import Any
 
 import numpy as np
 from any_model import CASES, RUNS, Case, Pairs, shortfall
-from smt.applications import EGO
-from smt.design_space import DesignSpace
-from smt.surrogate_models import KRG
+from peers import imported
 
 FILE = Path(__file__).with_suffix(".json")
 N_FIRST = 25  # pairs before the first surrogate
@@ -26,11 +24,13 @@ N_STARTS = 5  # of the search for the next pair
 def ego(case: Case, seed: int) -> float:
     """Return the largest f of any two runs of 75 pairs, chosen by their expected improvement."""
     pairs = Pairs(case)
-    space = DesignSpace(np.array([[0.0, 1.0]] * 2 * case.d), seed=seed)
+    space = imported("smt.design_space").DesignSpace(np.array([[0.0, 1.0]] * 2 * case.d), seed=seed)
     start = np.random.default_rng(seed).random((N_FIRST, 2 * case.d))
-    search = EGO(
+    search = imported("smt.applications").EGO(
         n_iter=RUNS // 2 - N_FIRST, criterion="EI", xdoe=start, seed=seed, n_start=N_STARTS,
-        surrogate=KRG(design_space=space, print_global=False, n_start=1),
+        surrogate=imported("smt.surrogate_models").KRG(
+            design_space=space, print_global=False, n_start=1
+        ),
     )  # fmt: skip
     search.optimize(fun=lambda x: pairs(x)[:, None])
     return pairs.best

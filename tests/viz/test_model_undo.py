@@ -12,6 +12,7 @@ from kneecore import FileFormatError
 from kneeviz.anymodel import saved, state
 from kneeviz.anymodel.actions import inputs
 from kneeviz.anymodel.actions.table import ACTIONS
+from kneeviz.anymodel.runs import ModelRuns
 from kneeviz.jobs.messages import Asked
 from kneeviz.server.app import App
 from kneeviz.views import theme
@@ -118,6 +119,19 @@ def test_a_server_that_starts_again_opens_as_it_was_left(page, path, tmp_path):
     finally:
         again.stop()
     assert copy.read_text() == began  # the last state is written before the server ends
+
+
+def test_nothing_takes_the_place_of_the_nominal_run(page, tmp_path, monkeypatch):
+    copy, asked = tmp_path / "state.json", []
+    copy.write_text(changed(page)[-1])
+    monkeypatch.setattr(ModelRuns, "ask", lambda _runs, x: asked.append(x))
+    again = App(port=0, model=MODEL, state=copy)
+    try:
+        do(again.page, ("input", ROD), 121.0)
+        assert again.page.state.x[ROD] == 121.0
+    finally:
+        again.stop()
+    assert [x.tolist() for x in asked] == [MODEL.nominal.tolist()]
 
 
 @pytest.mark.parametrize(

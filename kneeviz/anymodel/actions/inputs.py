@@ -49,7 +49,7 @@ def _run_cancel(page: ModelPage, _value: Any) -> None:
 def _ran(page: ModelPage, ran: Ran) -> None:
     state, first = page.state, page.state.seconds is None
     state.take(ran)
-    was_told, page.told_running = page.told_running, False
+    was_told, page.told_running, page.starting = page.told_running, False, False
     page.view.running.cancel.visible = state.job is not None and state.job.kind == "learn"
     page.show_pace()
     if ran.cancelled:
@@ -60,7 +60,7 @@ def _ran(page: ModelPage, ran: Ran) -> None:
         page.say(READY_SLOW if state.slow else "Ready.")
     if first:
         _begin(page)
-        if not (state.at_home or state.slow):  # it was opened as it had been left
+        if not (state.at_home or state.slow):  # moved meanwhile, or opened as it had been left
             page.follow()
 
 
