@@ -34,8 +34,13 @@ def loaded(visitor, app):
     eventually(lambda: app.page.state.result is None)
     visitor.open()
     visitor.wait("() => document.querySelector('[aria-expanded][tabindex]')")
-    visitor.wait_until(lambda: visitor.page.evaluate(NAMELESS) == [], 10)
+    named(visitor)
     return visitor
+
+
+def named(visitor):
+    """Wait until all that is shown has its name: what is new on the page gets it within a second."""
+    visitor.wait_until(lambda: visitor.page.evaluate(NAMELESS) == [], 10)
 
 
 def test_from_load_to_a_result_by_tab_and_enter_alone(loaded, app):
@@ -49,6 +54,7 @@ def test_from_load_to_a_result_by_tab_and_enter_alone(loaded, app):
     keys.press("Enter")
     loaded.wait_until(lambda: page.overlay)
     loaded.page.get_by_text("over-extends").first.wait_for()
+    named(loaded)
     tab_to(loaded, "Show both")
     keys.press("Space")
     loaded.wait_until(lambda: not page.overlay)
