@@ -34,13 +34,8 @@ def loaded(visitor, app):
     eventually(lambda: app.page.state.result is None)
     visitor.open()
     visitor.wait("() => document.querySelector('[aria-expanded][tabindex]')")
-    named(visitor)
-    return visitor
-
-
-def named(visitor):
-    """Wait until all that is shown has its name: what is new on the page gets it within a second."""
     visitor.wait_until(lambda: visitor.page.evaluate(NAMELESS) == [], 10)
+    return visitor
 
 
 def test_from_load_to_a_result_by_tab_and_enter_alone(loaded, app):
@@ -54,7 +49,7 @@ def test_from_load_to_a_result_by_tab_and_enter_alone(loaded, app):
     keys.press("Enter")
     loaded.wait_until(lambda: page.overlay)
     loaded.page.get_by_text("over-extends").first.wait_for()
-    named(loaded)
+    loaded.wait("() => document.querySelector('[aria-label=\"Show both\"]')")  # within a second
     tab_to(loaded, "Show both")
     keys.press("Space")
     loaded.wait_until(lambda: not page.overlay)
