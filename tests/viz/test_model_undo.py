@@ -49,8 +49,8 @@ def page(app):
     """The page as it began, with nothing to undo."""
     page = app.page
     page.post("start_over", None)
-    page.view.search.first.value, page.view.search.more.value = 5, 2  # a search is soon over
     settled(page)
+    page.view.search.first.value, page.view.search.more.value = 5, 2  # a search is soon over
     page.begin()
     return page
 
